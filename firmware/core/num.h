@@ -4,8 +4,13 @@
  * Plain + - < work on both. Products, quotients, roots and angles go through num_*; a constant is written NUM(0.5).
  * No libm and no contraction: IEEE division and square root only, so that every target computes the same bits.
  *
- * A fixed-point result that does not fit saturates and adds one to the counter handed in; a float build has nothing
- * to count and drops the argument. The owner of the counter is always the state struct of the calling stage.
+ * num_wide_t holds a product or a sum of products before it is rounded (the same float, or Q19.44 in an int64_t), so
+ * that a dot product is rounded once: num_narrow(num_wide(a, b) + num_wide(c, d), &saturations). A sum may hold at
+ * most eight products of which one factor each is below 64 in size: beyond, the 64 bits could overflow.
+ *
+ * A fixed-point result that does not fit saturates and adds one to the counter handed in; a float has nothing to
+ * count. The counter belongs to the state struct of the calling stage. Nothing here fails; a float computes on with
+ * NaN or infinity, and num_finite() tells.
  */
 #ifndef TAUPERP_NUM_H
 #define TAUPERP_NUM_H
@@ -15,8 +20,30 @@
 
 #ifdef TAUPERP_FIXED
 typedef int32_t num_t;
+typedef int64_t num_wide_t;
 #else
 typedef float num_t;
+typedef float num_wide_t;
 #endif
 
+#ifndef TAUPERP_CDEF
+
+typedef struct {
+    num_t sin, cos;
+} num_sincos_t;
+
+/* A plane rotation [cos sin; -sin cos]. */
+typedef num_sincos_t num_rotation_t;
+
+#ifdef TAUPERP_FIXED
+#include "num_fixed.h"
+#else
+#include "num_float.h"
+#endif
+
+static inline num_t num_abs(num_t a) { return (a < NUM(0)) ? -a : a; }
+static inline num_t num_min(num_t a, num_t b) { return (b < a) ? b : a; }
+static inline num_t num_max(num_t a, num_t b) { return (b > a) ? b : a; }
+
+#endif
 #endif
