@@ -1,0 +1,100 @@
+"""The command `tauperp`: finds the subcommand, and turns what a person did wrong into one line and exit code 2.
+
+A subcommand is a module of `tauperp.commands` with
+
+    HELP: str                                                what it does, for its own help page
+    add_arguments(parser: argparse.ArgumentParser) -> None
+    run(args: argparse.Namespace) -> int                     0 the verdict is good, 1 it is bad, 2 the input is
+
+Only the module that is asked for is imported: `tauperp --help` stays quick, and a package that is not installed is
+missed by nobody but the command that needs it.
+"""
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from tauperp import __version__
+from tauperp.errors import InputError
+
+COMMANDS = {
+    "config": "make the guard's configuration block from a TOML file",
+}
+
+BAD_INPUT = 2
+INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
+MISSES_READER = 141  # 128 + SIGPIPE
+HELP_COLUMNS = 80
+
+
+class _Formatter(argparse.HelpFormatter):
+    """Help that fits a plain terminal whatever the width of the one at hand."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=26, width=HELP_COLUMNS)
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse, with its errors as the one line of every other bad input, and no guessing of shortened options."""
+
+    def __init__(self, **options: object) -> None:
+        super().__init__(formatter_class=_Formatter, allow_abbrev=False, **options)  # type: ignore[arg-type]
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message} (see '{self.prog} --help')")
+
+
+def _parser(chosen: str | None) -> argparse.ArgumentParser:
+    """The whole command line, with the arguments of the chosen subcommand only."""
+    parser = _Parser(prog="tauperp", description="A collision guard for torque-sensing robot arms: the host tools.")
+    parser.add_argument("--version", action="version", version=f"tauperp {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, summary in COMMANDS.items():
+        if name != chosen:
+            commands.add_parser(name, help=summary)
+            continue
+        module = importlib.import_module(f"tauperp.commands.{name}")
+        command = commands.add_parser(name, help=summary, description=module.HELP)
+        module.add_arguments(command)
+        command.set_defaults(run=module.run)
+    return parser
+
+
+def _message(error: InputError | OSError) -> str:
+    """One line for a person, whatever was in the exception."""
+    text = str(error)
+    if isinstance(error, OSError) and error.strerror:
+        text = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return " ".join(text.split())
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command. `argv` without the program's name; the process' own arguments by default. Returns exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    chosen = next((argument for argument in arguments if argument in COMMANDS), None)
+    try:
+        args = _parser(chosen).parse_args(arguments)
+        code: int = args.run(args)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # The reader (`| head`) has gone. The interpreter flushes stdout once more when it ends: give it a sink.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return MISSES_READER
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] == "tauperp":
+            raise
+        print(f"tauperp: '{chosen}' needs the Python package '{error.name}', which is not installed", file=sys.stderr)
+        return BAD_INPUT
+    except (InputError, OSError) as error:
+        print(f"tauperp: {_message(error)}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

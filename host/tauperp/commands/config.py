@@ -1,0 +1,79 @@
+"""`tauperp config`: the constant block that the library, the process and the boards load."""
+
+import argparse
+import json
+from typing import Any
+
+from tauperp.config import NUMERICS, TASKS, Configuration, Numeric, load_configuration
+from tauperp.files import write_atomically
+
+HELP = """Check the TOML file of one installation and make the guard's configuration block from it: robot table,
+thresholds, gains, timing and stop categories, with a CRC-32. Without -o it only checks."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="TOML file, or the name of a shipped preset")
+    parser.add_argument("-o", "--output", metavar="OUT", help="write the block to this file")
+    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the file's")
+    parser.add_argument(
+        "--numeric", choices=list(NUMERICS), default="float32", help="number type of the firmware (default: float32)"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+
+
+def run(args: argparse.Namespace) -> int:
+    configuration = load_configuration(args.file, robot=args.robot)
+    block = configuration.block(args.numeric)
+    if args.output:
+        write_atomically(args.output, block)
+    summary = _summary(configuration, args.numeric, len(block))
+    print(json.dumps(summary, indent=2) if args.json else _table(summary))
+    return 0
+
+
+def _summary(configuration: Configuration, numeric: Numeric, size: int) -> dict[str, Any]:
+    settings = configuration.settings
+    return {
+        "configuration": configuration.source,
+        "crc": f"{configuration.crc(numeric):08x}",
+        "bytes": size,
+        "numeric": numeric,
+        "wire_crc": f"{configuration.wire.crc:08x}",
+        "robot": configuration.robot.name,
+        "joints": configuration.robot.n,
+        "rate_hz": settings.wire.rate_hz,
+        "format": settings.wire.format,
+        "gain_per_s": settings.observer.gain_per_s,
+        "basis": settings.subspace.basis,
+        "tasks": {
+            name: {
+                "index": settings.task[name].index,
+                "threshold_nm": configuration.threshold_nm(name).tolist(),
+                "debounce_ticks": settings.task[name].debounce_ticks,
+            }
+            for name in TASKS
+        },
+        "deadline_cycles": {kind: configuration.timeout_cycles(kind) for kind in ("sync", "joint", "task")},
+        "tick_budget_us": configuration.tick_budget_us,
+    }
+
+
+def _table(summary: dict[str, Any]) -> str:
+    lines = [
+        f"{summary['configuration']}: {summary['robot']}, {summary['joints']} joints, "
+        f"{summary['rate_hz']:g} Hz {summary['format']}, gain {summary['gain_per_s']:g} 1/s, {summary['basis']} basis",
+        f"{'task':<9}{'index':<7}{'debounce':<10}threshold Nm",
+    ]
+    for name, task in summary["tasks"].items():
+        if task["index"] == "off":
+            lines.append(f"{name:<9}off")
+            continue
+        values = task["threshold_nm"]
+        text = f"{values[0]:g}" if len(set(values)) == 1 else " ".join(f"{value:g}" for value in values)
+        lines.append(f"{name:<9}{task['index']:<7}{task['debounce_ticks']:<10}{text}")
+    deadlines = ", ".join(f"{kind} {cycles}" for kind, cycles in summary["deadline_cycles"].items())
+    lines.append(f"deadlines in cycles: {deadlines}; tick budget {summary['tick_budget_us']} us")
+    lines.append(
+        f"block {summary['crc']}, {summary['bytes']} bytes, {summary['numeric']}, for wire {summary['wire_crc']}"
+    )
+    return "\n".join(lines)

@@ -1,0 +1,91 @@
+"""From a TOML file or a shipped preset to a checked Configuration."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tauperp.config.configuration import Configuration, Wire, is_blind
+from tauperp.config.settings import TASKS, RobotChoice, Settings
+from tauperp.errors import InputError
+from tauperp.toml import read_toml, validate
+
+if TYPE_CHECKING:
+    from tauperp.robot import Robot
+
+_PRESETS = Path(__file__).resolve().parents[1] / "presets"
+
+
+def preset_names() -> list[str]:
+    """The shipped presets, sorted."""
+    return sorted(path.stem for path in _PRESETS.glob("*.toml"))
+
+
+def load_configuration(
+    source: str | Path = "default",
+    *,
+    robot: "str | Path | Robot | None" = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> Configuration:
+    """Read, complete and check one installation's configuration.
+
+    source      a shipped preset's name or the path of a TOML file (see tauperp.config.settings)
+    robot       instead of the file's: a shipped name, the path of a URDF or MJCF file, or a Robot
+    overrides   nested tables over both the file and its preset, e.g. {"wire": {"rate_hz": 200}}
+
+    On an arm with too few joints for d_e (6) or d_p (5) to see anything, a preset's task with that index is off; a
+    file of one's own that asks for it is refused. Raises InputError: one line with the file and the key.
+    """
+    is_preset = str(source) in preset_names()
+    path = _PRESETS / f"{source}.toml" if is_preset else Path(source)
+    name = str(source) if is_preset else os.fspath(path)
+    own = read_toml(path)
+    if overrides:
+        own = _merged(own, overrides)
+    settings = validate(Settings, _completed(own, name, is_preset), name)
+
+    arm = _robot(settings.robot, robot, path.parent, name)
+    for task in TASKS:
+        chosen = settings.task[task]
+        asked_for = not is_preset and "index" in own.get("task", {}).get(task, {})
+        if is_blind(chosen.index, arm.n) and not asked_for:
+            off = settings.task.model_copy(update={task: chosen.model_copy(update={"index": "off"})})
+            settings = settings.model_copy(update={"task": off})
+    return Configuration(settings, arm, Wire.read(), name)
+
+
+def _completed(own: Mapping[str, Any], name: str, is_preset: bool) -> dict[str, Any]:
+    """The file's tables over those of its preset, and so on down to one that names none."""
+    if is_preset and "preset" not in own:
+        return dict(own)
+    preset = own.get("preset", "default")
+    if preset not in preset_names():
+        known = ", ".join(preset_names())
+        raise InputError(f"{name}: preset: there is no preset {preset!r} (there are {known})")
+    return _merged(_completed(read_toml(_PRESETS / f"{preset}.toml"), preset, True), own)
+
+
+def _merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested tables, key by key; what is not a table replaces."""
+    merged = dict(below)
+    for key, value in above.items():
+        if isinstance(value, Mapping) and isinstance(merged.get(key), Mapping):
+            merged[key] = _merged(merged[key], value)
+        else:
+            merged[key] = value
+    return merged
+
+
+def _robot(choice: RobotChoice | None, given: "str | Path | Robot | None", folder: Path, name: str) -> "Robot":
+    from tauperp import robot as robots  # only here: `tauperp.robot` may itself want to know about configurations
+
+    if isinstance(given, robots.Robot):
+        return given
+    if given is not None:
+        return robots.load(given)
+    if choice is None:
+        raise InputError(f"{name}: robot: no robot is named; give a shipped name or the path of a URDF or MJCF file")
+    beside = folder / choice.model
+    model = beside if beside.suffix or beside.is_file() else choice.model
+    tool = None if choice.tool is None else (choice.tool[0], choice.tool[1], choice.tool[2])
+    return robots.load(model, base=choice.base, tip=choice.tip, tool=tool)

@@ -1,0 +1,107 @@
+"""The TOML file of one installation: its tables, keys, units and the range of each number by itself.
+
+What depends on the robot or on several numbers together is checked by `tauperp.config.configuration`.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from tauperp.config.block import MAX_GAP, MAX_JOINTS
+from tauperp.toml import Table
+
+TaskName = Literal["none", "payload", "contact"]
+IndexName = Literal["off", "r", "d_p", "d_e"]
+StopCategory = Literal[0, 1, 2]
+
+TASKS: dict[TaskName, int] = {"none": 1, "payload": 2, "contact": 3}  # numbers as on the wire
+
+
+def _one_or_many(value: Any) -> Any:
+    """A single number stands for every joint."""
+    return [value] if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _name_or_table(value: Any) -> Any:
+    """`robot = "panda"` is short for `[robot] model = "panda"`."""
+    return {"model": value} if isinstance(value, str) else value
+
+
+class RobotChoice(Table):
+    """Which arm: a shipped name or the path of a URDF or MJCF file, relative to the file that says so."""
+
+    model: str = Field(min_length=1)
+    base: str | None = None  # first body of the chain, where the file holds more than one arm
+    tip: str | None = None  # last body of the chain
+    tool: list[float] | None = Field(default=None, min_length=3, max_length=3)  # end-effector point in it, m
+
+
+class Wire(Table):
+    rate_hz: float = Field(ge=20, le=4000)  # cycles a second
+    format: Literal["classic", "fd"]
+
+
+class Observer(Table):
+    gain_per_s: float = Field(gt=0, le=500)
+    torque_sample: Literal["interval", "instant"]  # joints report the mean since the last Sync, or the value at it
+
+
+class Subspace(Table):
+    basis: Literal["instantaneous", "filtered"]
+    tolerance_nm_per_n: float = Field(gt=0, lt=1)
+    lever_m: float = Field(gt=0, le=10)
+
+
+class Task(Table):
+    """What is watched while the robot does this task, and from where on it is a collision."""
+
+    index: IndexName
+    threshold_nm: Annotated[list[Annotated[float, Field(gt=0)]], BeforeValidator(_one_or_many)] = Field(
+        default=[], max_length=MAX_JOINTS
+    )  # one for every joint, or one a joint
+    debounce_ticks: int = Field(ge=1, le=1000)
+
+
+class Tasks(Table):
+    none: Task
+    payload: Task
+    contact: Task
+
+    def __getitem__(self, name: TaskName) -> Task:
+        return {"none": self.none, "payload": self.payload, "contact": self.contact}[name]
+
+
+class Deadline(Table):
+    """Ages at which an input is too old, in cycles. Unset: what the DBC's TimeoutCycles says."""
+
+    sync_cycles: int | None = Field(default=None, ge=1, le=MAX_GAP)
+    joint_cycles: int | None = Field(default=None, ge=1, le=MAX_GAP)
+    task_cycles: int | None = Field(default=None, ge=1, le=10_000)
+    tick_cycles: int = Field(ge=1, le=MAX_GAP)
+    tick_budget_us: int | None = Field(default=None, ge=1)  # unset: half a period
+
+
+class Reset(Table):
+    healthy_ms: float = Field(gt=0, le=60_000)
+
+
+class Stop(Table):
+    """Stop categories of IEC 60204-1: 0 power off, 1 controlled then power off, 2 controlled and held."""
+
+    collision: StopCategory
+    input: StopCategory
+    fault: StopCategory
+
+
+class Settings(Table):
+    """One installation, complete: the file's own keys over those of its preset."""
+
+    robot: Annotated[RobotChoice | None, BeforeValidator(_name_or_table)] = None
+    preset: str = "default"
+    wire: Wire
+    observer: Observer
+    subspace: Subspace
+    task: Tasks
+    deadline: Deadline
+    reset: Reset
+    stop: Stop

@@ -1,0 +1,77 @@
+"""TOML files that people write, checked against a pydantic model; what is wrong is said in one line with its place."""
+
+import difflib
+import tomllib
+import types
+import typing
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from tauperp.errors import InputError
+
+
+class Table(BaseModel):
+    """One table of such a file: unknown keys, NaN and numbers in quotes are errors, and nothing changes once read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The file's contents as nested dicts. Raises InputError if it is not there, not text, or not TOML."""
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file in UTF-8") from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not TOML: {error}") from error
+
+
+def validate(model: type[ModelT], data: dict[str, Any], source: str | Path) -> ModelT:
+    """`data` as a `model`. Raises InputError with `source`, the dotted place of the first mistake, and the mistake."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise InputError(f"{source}: {_first_mistake(model, error)}") from error
+
+
+def _first_mistake(model: type[BaseModel], error: ValidationError) -> str:
+    mistakes = error.errors()
+    first = mistakes[0]
+    place = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        message = "unknown key" + _suggestion(model, first["loc"])
+    elif first["type"] == "value_error":
+        message = str(first["ctx"]["error"])
+    else:
+        message = first["msg"][:1].lower() + first["msg"][1:]
+        if isinstance(first["input"], int | float | str) and first["type"] != "missing":
+            message += f", not {first['input']!r}"
+    more = f" (and {len(mistakes) - 1} more)" if len(mistakes) > 1 else ""
+    return (f"{place}: " if place else "") + message + more
+
+
+def _suggestion(model: type[BaseModel], place: tuple[int | str, ...]) -> str:
+    """The known key that an unknown one is closest to, if one is close."""
+    table: type[BaseModel] | None = model
+    for part in place[:-1]:
+        if table is None:
+            return ""
+        if isinstance(part, str) and part in table.model_fields:
+            table = _table_of(table.model_fields[part].annotation)
+    close = difflib.get_close_matches(str(place[-1]), table.model_fields if table else (), n=1)
+    return f" (did you mean '{close[0]}'?)" if close else ""
+
+
+def _table_of(annotation: Any) -> type[BaseModel] | None:
+    """The table inside an annotation such as `Task | None`, `list[Task]` or `dict[str, Task]`."""
+    if isinstance(annotation, type) and not isinstance(annotation, types.GenericAlias):
+        return annotation if issubclass(annotation, BaseModel) else None
+    found = (_table_of(argument) for argument in typing.get_args(annotation))
+    return next((table for table in found if table is not None), None)
