@@ -1,0 +1,27 @@
+# Every command a person runs here. `make help` lists them; the recipes that only other recipes call have no "##" line.
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := library
+
+JOBS ?= 2
+PYTHON ?= python3
+BUILD := build
+VENV := .venv
+
+include tools/make/venv.mk
+include tools/make/firmware.mk
+include tools/make/unit.mk
+include tools/make/check.mk
+
+.PHONY: help demo clean
+
+help: ## list the commands
+	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
+
+demo: library venv ## simulate both experiments of the paper against the firmware; results in out/demo
+	@$(VENV)/bin/tauperp demo
+
+clean: ## remove what was built (build, out); .venv and .toolbox stay
+	@rm -rf $(BUILD) out

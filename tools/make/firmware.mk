@@ -1,0 +1,51 @@
+# The firmware as a shared library for the host, and the declarations that cffi reads.
+ROOMS := core wire guard robots
+FIRMWARE_SOURCES = $(wildcard $(ROOMS:%=firmware/%/*.c))
+LIBRARY_SOURCES = $(FIRMWARE_SOURCES) $(wildcard firmware/boards/library/*.c)
+INCLUDES := $(ROOMS:%=-Ifirmware/%)
+
+# No contraction: every target computes the same bits.
+CFLAGS_ALL := -std=c11 -ffp-contract=off $(INCLUDES) -MMD -MP
+STRICT := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror
+# messages.c is cantools' code, never edited: the strict warnings are for ours.
+GENERATED := firmware/wire/messages.c
+warnings_for = $(if $(filter $(GENERATED),$(1)),-Wall,$(STRICT))
+
+# Which numbers a build is for: float is the default, fixed the same sources in Q9.22.
+FLAGS_float :=
+FLAGS_fixed := -DTAUPERP_FIXED=1
+DIR_float := $(BUILD)
+DIR_fixed := $(BUILD)/fixed
+NUMERICS ?= float
+
+.PHONY: library library-fixed
+
+library: $(BUILD)/libtauperp.so $(BUILD)/tauperp.cdef.h ## build the firmware for the host: build/libtauperp.so
+library-fixed: $(BUILD)/fixed/libtauperp.so $(BUILD)/fixed/tauperp.cdef.h ## the same in fixed point: build/fixed/libtauperp.so
+
+define LIBRARY_RULES
+LIBRARY_OBJECTS_$(1) = $$(LIBRARY_SOURCES:%.c=$(BUILD)/object/library-$(1)/%.o)
+
+$(BUILD)/object/library-$(1)/%.o: %.c tools/make/firmware.mk
+	@mkdir -p $$(@D)
+	@echo 'cc $$< ($(1))'
+	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC -Ifirmware/boards/library $$(call warnings_for,$$<) -c -o $$@ $$<
+
+# Linked beside its name and moved: whoever has the old library loaded keeps it.
+$(DIR_$(1))/libtauperp.so: $$(LIBRARY_OBJECTS_$(1))
+	@mkdir -p $$(@D)
+	@$$(CC) -shared -Wl,-z,defs -o $$@.new $$^
+	@mv $$@.new $$@
+
+# cffi parses declarations only: no preprocessor lines, and standard headers expand to nothing.
+$(DIR_$(1))/tauperp.cdef.h: firmware/boards/library/tauperp.h $(BUILD)/empty/stdint.h
+	@$$(CC) -E -P -nostdinc -std=c11 $(FLAGS_$(1)) -DTAUPERP_CDEF -I$(BUILD)/empty $(INCLUDES) -Ifirmware/boards/library -MMD -MF $$@.d -MT $$@ -o $$@.new $$<
+	@mv $$@.new $$@
+
+-include $$(LIBRARY_OBJECTS_$(1):.o=.d) $(DIR_$(1))/tauperp.cdef.h.d
+endef
+$(foreach numeric,float fixed,$(eval $(call LIBRARY_RULES,$(numeric))))
+
+$(BUILD)/empty/stdint.h:
+	@mkdir -p $(@D)
+	@touch $(addprefix $(@D)/,assert.h limits.h stdalign.h stdbool.h stddef.h string.h) $@
