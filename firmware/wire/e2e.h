@@ -1,0 +1,63 @@
+/* e2e: AUTOSAR E2E profile 2, which makes every corrupted, lost, repeated, reordered or misaddressed frame visible.
+ *
+ * Byte 0 of a frame is a CRC-8 (polynomial 0x2F, start and final xor 0xFF), the low nibble of byte 1 a counter that
+ * wraps from 15 to 0. The CRC covers every byte behind it, then one byte of the message's 16 data ids, picked by the
+ * counter: a frame of another message is a wrong CRC (AUTOSAR FO PRS E2EProtocol, chapter on profile 2).
+ *
+ * The counter cannot tell a gap from the same gap plus 16 frames. Whoever receives must hold a deadline shorter than
+ * 16 cycles on every periodic message.
+ *
+ * Both state structs start as all zero bytes. Lengths are 2 to 255 bytes, ids are 16 bytes; none is checked here: the
+ * caller takes both from the const tables of protocol.h. Cost: one table look-up per byte, about 70 instructions for
+ * an 8-byte frame on a Cortex-M; 256 bytes of const table.
+ */
+#ifndef TAUPERP_E2E_H
+#define TAUPERP_E2E_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define E2E_DATA_ID_COUNT 16u
+#define E2E_COUNTER_MASK  0x0Fu
+#define E2E_MAX_DELTA     14u /* a step of 15 is one backwards */
+
+typedef enum {
+    E2E_UNCHECKED = 0,
+    E2E_WRONG_CRC = 1,      /* corrupted, or another message's; the reference stays as it was */
+    E2E_REPEATED = 2,       /* the same counter again; the reference stays */
+    E2E_WRONG_SEQUENCE = 3, /* a step beyond the maximum, or backwards; becomes the new reference */
+    E2E_INITIAL = 4,        /* the first good CRC: nothing to compare with yet; becomes the reference */
+    E2E_SOME_LOST = 5,      /* good; `lost` frames before it are missing */
+    E2E_OK = 6              /* good, and the one that was due */
+} e2e_status_t;
+
+typedef struct {
+    uint8_t counter; /* reference: of the last frame that moved it */
+    uint8_t lost;    /* frames missing right before the last accepted one, 0 to 13 */
+    bool referenced; /* false until the first good CRC */
+} e2e_receiver_t;
+
+typedef struct {
+    uint8_t counter; /* of the last frame protected; the first frame carries 1 */
+} e2e_transmitter_t;
+
+/* Judges one frame. A frame may update signals if and only if e2e_accepts() its status. `max_delta` is the largest
+ * counter step that is accepted, 1 to E2E_MAX_DELTA. */
+e2e_status_t e2e_check(e2e_receiver_t *self, const uint8_t *data, uint8_t length, const uint8_t *data_ids,
+                       uint8_t max_delta);
+
+static inline bool e2e_accepts(e2e_status_t status) {
+    return (status == E2E_OK) || (status == E2E_SOME_LOST);
+}
+
+/* Takes the next counter and seals `data` with it; every signal must be in place. */
+void e2e_protect(e2e_transmitter_t *self, uint8_t *data, uint8_t length, const uint8_t *data_ids);
+
+/* Writes `counter` (its low nibble) and the CRC over `data`: for senders whose counter is the cycle's. */
+void e2e_seal(uint8_t *data, uint8_t length, const uint8_t *data_ids, uint8_t counter);
+
+/* True if the state is one that the functions above can leave behind. Constant time. */
+bool e2e_receiver_holds(const e2e_receiver_t *self);
+bool e2e_transmitter_holds(const e2e_transmitter_t *self);
+
+#endif
