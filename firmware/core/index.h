@@ -6,7 +6,7 @@
  *
  * a is the part of the end-effector's desired acceleration across gravity, in m/s^2: a column that is as long as it
  * matters, so that the rank tolerance drops it when the acceleration is about zero or parallel to gravity. Columns of
- * moment are divided by the configured lever, so that the whole of A is in Nm per N (per m/s^2 for a).
+ * moment are multiplied by the configured lever, so that A is in Nm per N throughout (Nm per m/s^2 for a).
  * BASIS_FILTERED sends the columns through the observer's own low-pass, which removes most of the lag between r and
  * an instantaneous basis.
  *
@@ -26,6 +26,7 @@ typedef struct {
     num_t value[ROBOT_MAX_JOINTS];                          /* the index in force */
     num_t fading[ROBOT_MAX_JOINTS];                         /* what earlier tasks explained, decaying */
     num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];   /* the basis as it was projected on */
+    num_t weight;                                           /* of the filtered basis: 0 at a change of task, then towards 1 */
     subspace_t subspace;
     uint32_t kind;                                          /* index_kind_t of the last step, INDEX_OFF before it */
     uint32_t saturations;

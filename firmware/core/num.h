@@ -26,14 +26,14 @@ typedef float num_t;
 typedef float num_wide_t;
 #endif
 
-#ifndef TAUPERP_CDEF
-
 typedef struct {
     num_t sin, cos;
 } num_sincos_t;
 
-/* A plane rotation [cos sin; -sin cos]. */
+/* A plane rotation of two columns: first' = cos first - sin second, second' = sin first + cos second. */
 typedef num_sincos_t num_rotation_t;
+
+#ifndef TAUPERP_CDEF
 
 #ifdef TAUPERP_FIXED
 #include "num_fixed.h"

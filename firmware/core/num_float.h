@@ -32,14 +32,23 @@ static inline num_t num_root(num_wide_t square) { return __builtin_sqrtf(square)
 /* False for NaN and infinity: both are what they are by an exponent of all ones. */
 static inline bool num_finite(num_t a) { return (a - a) == 0.0f; }
 
-/* The rotation that makes two columns orthogonal, from their squared lengths and their inner product; the smaller of
- * the two angles (Rutishauser 1966). Precondition: inner != 0. */
-static inline num_rotation_t num_orthogonalise(num_wide_t first, num_wide_t second, num_wide_t inner) {
-    const float difference = second - first;
+/* Whether two columns count as orthogonal: their inner product is below 1e-6 of their lengths, or one of them is
+ * noise beside the longest column (below 3e-7 of its length), so that its direction means nothing. */
+static inline bool num_orthogonal(num_wide_t first, num_wide_t second, num_wide_t inner, num_wide_t longest) {
+    const float shorter = (second < first) ? second : first;
+    return (shorter <= 1.0e-13f * longest) || (inner * inner <= (1.0e-12f * first) * second);
+}
+
+/* The rotation that makes two columns orthogonal, from their squared lengths, which it updates, and their inner
+ * product: the smaller of the two angles (Rutishauser 1966). Precondition: not num_orthogonal. */
+static inline num_rotation_t num_orthogonalise(num_wide_t *first, num_wide_t *second, num_wide_t inner) {
+    const float difference = *second - *first;
     const float twice = inner + inner;
     const float length = __builtin_sqrtf(difference * difference + twice * twice);
     const float tangent = (difference < 0.0f) ? (-twice / (length - difference)) : (twice / (length + difference));
     const float cosine = 1.0f / __builtin_sqrtf(1.0f + tangent * tangent);
+    *first -= tangent * inner;
+    *second += tangent * inner;
     return (num_rotation_t){.sin = cosine * tangent, .cos = cosine};
 }
 

@@ -16,16 +16,12 @@
 #include "robot.h"
 
 #define SUBSPACE_MAX_COLUMNS 6u
-#define SUBSPACE_MAX_SWEEPS 8u
+#define SUBSPACE_MAX_SWEEPS 6u
 #define SUBSPACE_PAIRS ((SUBSPACE_MAX_COLUMNS * (SUBSPACE_MAX_COLUMNS - 1u)) / 2u)
 
 typedef struct {
-    num_t sin, cos;
-} subspace_turn_t;
-
-typedef struct {
     num_t reflector[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS]; /* unit vectors, zero before their own row */
-    subspace_turn_t turn[SUBSPACE_MAX_SWEEPS][SUBSPACE_PAIRS]; /* Jacobi's rotations, in their order */
+    num_rotation_t turn[SUBSPACE_MAX_SWEEPS][SUBSPACE_PAIRS]; /* Jacobi's rotations, in their order */
     num_t singular[SUBSPACE_MAX_COLUMNS]; /* min(n, k) values, in no order */
     bool explained[SUBSPACE_MAX_COLUMNS]; /* singular value above the tolerance */
     bool converged;

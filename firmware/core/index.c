@@ -1,0 +1,123 @@
+#include "index.h"
+
+#include "vec3.h"
+
+enum { LINEAR = 0, ANGULAR = 3 }; /* first rows of the Jacobian's two halves */
+
+void index_init(index_t *self) { *self = (index_t){0}; }
+
+/* The part of v across gravity, in the unit of v. */
+static vec3_t across_gravity(vec3_t v, vec3_t gravity, uint32_t *saturations) {
+    const num_t square = vec3_dot(gravity, gravity, saturations);
+    if (!(square > NUM(0))) {
+        return v;
+    }
+    const num_t ratio = num_div(vec3_dot(v, gravity, saturations), square, saturations);
+    return (vec3_t){.x = v.x - num_mul(ratio, gravity.x, saturations),
+                    .y = v.y - num_mul(ratio, gravity.y, saturations),
+                    .z = v.z - num_mul(ratio, gravity.z, saturations)};
+}
+
+static vec3_t unit(vec3_t v, uint32_t *saturations) {
+    const num_t length = num_root(num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z));
+    if (!(length > NUM(0))) {
+        return v;
+    }
+    return (vec3_t){.x = num_div(v.x, length, saturations),
+                    .y = num_div(v.y, length, saturations),
+                    .z = num_div(v.z, length, saturations)};
+}
+
+static void force_column(const motion_t *motion, uint32_t joints, vec3_t direction, num_t column[],
+                         uint32_t *saturations) {
+    for (uint32_t i = 0; i < joints; ++i) {
+        column[i] = num_narrow(num_wide(motion->jacobian[LINEAR][i], direction.x) +
+                                   num_wide(motion->jacobian[LINEAR + 1][i], direction.y) +
+                                   num_wide(motion->jacobian[LINEAR + 2][i], direction.z),
+                               saturations);
+    }
+}
+
+static void scaled_column(const num_t row[], uint32_t joints, num_t scale, num_t column[], uint32_t *saturations) {
+    for (uint32_t i = 0; i < joints; ++i) {
+        column[i] = num_mul(scale, row[i], saturations);
+    }
+}
+
+/* The columns that the task explains at this instant; their number is returned. */
+static uint32_t instantaneous_basis(index_t *self, const subspace_config_t *config, index_kind_t kind,
+                                    const robot_t *robot, const motion_t *motion, vec3_t acceleration,
+                                    num_t column[][ROBOT_MAX_JOINTS]) {
+    const uint32_t joints = robot->joint_count;
+    uint32_t *const sat = &self->saturations;
+    uint32_t count = 0;
+    if (kind == INDEX_PAYLOAD) {
+        force_column(motion, joints, unit(robot->gravity, sat), column[0], sat);
+        force_column(motion, joints, across_gravity(acceleration, robot->gravity, sat), column[1], sat);
+        count = 2;
+    } else if (kind == INDEX_CONTACT) {
+        for (count = 0; count < 3u; ++count) {
+            scaled_column(motion->jacobian[LINEAR + count], joints, NUM(1), column[count], sat);
+        }
+    } else {
+        return 0;
+    }
+    for (uint32_t axis = 0; axis < 3u; ++axis) {
+        scaled_column(motion->jacobian[ANGULAR + axis], joints, config->lever_m, column[count], sat);
+        ++count;
+    }
+    return count;
+}
+
+/* The observer's low-pass on the columns, as an average over the time that this basis has been in force. */
+static void filter_basis(index_t *self, uint32_t joints, uint32_t count, num_t decay,
+                         num_t column[][ROBOT_MAX_JOINTS]) {
+    const num_t share = NUM(1) - decay;
+    self->weight = num_mul(decay, self->weight, &self->saturations) + share;
+    const num_t gain = (self->weight > share) ? num_div(share, self->weight, &self->saturations) : NUM(1);
+    for (uint32_t c = 0; c < count; ++c) {
+        for (uint32_t i = 0; i < joints; ++i) {
+            self->column[c][i] += num_mul(gain, column[c][i] - self->column[c][i], &self->saturations);
+        }
+    }
+}
+
+/* What the old task explains of r starts to fade, by its basis of the last tick; the rest of r is the new task's. */
+static void hand_over(index_t *self, uint32_t joints, const num_t residual[]) {
+    num_t unexplained[ROBOT_MAX_JOINTS] = {NUM(0)};
+    for (uint32_t i = 0; i < joints; ++i) {
+        unexplained[i] = residual[i] - self->fading[i];
+    }
+    subspace_reject(&self->subspace, unexplained, unexplained);
+    for (uint32_t i = 0; i < joints; ++i) {
+        self->fading[i] = residual[i] - unexplained[i];
+    }
+    self->weight = NUM(0);
+}
+
+void index_step(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
+                const motion_t *motion, const observer_t *observer, vec3_t acceleration) {
+    const uint32_t joints = robot->joint_count;
+    for (uint32_t i = 0; i < joints; ++i) {
+        self->fading[i] = num_mul(observer->decay, self->fading[i], &self->saturations);
+    }
+    if ((self->kind != (uint32_t)kind) && (self->kind != (uint32_t)INDEX_OFF)) {
+        hand_over(self, joints, observer->residual);
+    }
+    self->kind = (uint32_t)kind;
+
+    num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];
+    const uint32_t count = instantaneous_basis(self, config, kind, robot, motion, acceleration, column);
+    if (config->basis == (uint32_t)BASIS_FILTERED) {
+        filter_basis(self, joints, count, observer->decay, column);
+    } else {
+        for (uint32_t c = 0; c < count; ++c) {
+            scaled_column(column[c], joints, NUM(1), self->column[c], &self->saturations);
+        }
+    }
+    subspace_step(&self->subspace, joints, count, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, config->tolerance);
+    for (uint32_t i = 0; i < joints; ++i) {
+        self->value[i] = observer->residual[i] - self->fading[i];
+    }
+    subspace_reject(&self->subspace, self->value, self->value);
+}

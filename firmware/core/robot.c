@@ -1,0 +1,38 @@
+#include "robot.h"
+
+static bool zero_behind(const robot_t *robot) {
+    const robot_joint_t *const end = robot->joint + ROBOT_MAX_JOINTS;
+    const robot_joint_t *const last = robot->joint + robot->joint_count;
+    bool zero = true;
+    for (const uint8_t *byte = (const uint8_t *)last; byte < (const uint8_t *)end; ++byte) {
+        zero = zero && (*byte == 0u);
+    }
+    return zero;
+}
+
+static bool is_one(num_wide_t square) {
+    uint32_t saturations = 0;
+    const num_t error = num_narrow(square, &saturations) - NUM(1);
+    return (error < NUM(1e-5)) && (error > NUM(-1e-5)); /* false for NaN */
+}
+
+static bool joint_holds(const robot_joint_t *joint) {
+    return is_one(num_wide(joint->cos_twist, joint->cos_twist) + num_wide(joint->sin_twist, joint->sin_twist)) &&
+           (joint->position_min_rad < joint->position_max_rad) && (joint->velocity_max_rad_s > NUM(0)) &&
+           (joint->torque_max_nm > NUM(0));
+}
+
+bool robot_holds(const robot_t *robot) {
+    if ((robot->joint_count < 1u) || (robot->joint_count > ROBOT_MAX_JOINTS)) {
+        return false;
+    }
+    bool holds = zero_behind(robot);
+    for (uint32_t i = 0; i < 3u; ++i) {
+        const num_t *const row = robot->base[i];
+        holds = holds && is_one(num_wide(row[0], row[0]) + num_wide(row[1], row[1]) + num_wide(row[2], row[2]));
+    }
+    for (uint32_t i = 0; i < robot->joint_count; ++i) {
+        holds = holds && joint_holds(&robot->joint[i]);
+    }
+    return holds;
+}
