@@ -15,10 +15,10 @@ enum {
 
 typedef struct {
     uint32_t id;
-    uint8_t length;                       /* bytes on the wire, 0 to 64; above 8 the frame is refused by its length */
-    uint8_t flags;                        /* CAN_FRAME_* */
-    uint8_t data[CAN_FRAME_DATA_LENGTH];  /* the first min(length, 8) bytes, the rest zero */
-    uint8_t reserved[2];                  /* zero: the size is 16 on every target */
+    uint8_t length;                      /* bytes on the wire, 0 to 64; above 8 the frame is refused by its length */
+    uint8_t flags;                       /* CAN_FRAME_* */
+    uint8_t data[CAN_FRAME_DATA_LENGTH]; /* the first min(length, 8) bytes, the rest zero */
+    uint8_t reserved[2];                 /* zero: the size is 16 on every target */
 } can_frame_t;
 
 #endif

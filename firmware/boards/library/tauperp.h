@@ -1,0 +1,15 @@
+/* tauperp: the firmware as a shared library, for hosts that drive it in lockstep. Everything below is the firmware's
+ * own interface; the library adds what a loader wants to know about it. */
+#ifndef TAUPERP_H
+#define TAUPERP_H
+
+#include "guard.h"
+#include "robot.h"
+
+/* Release version as major << 16 | minor << 8 | patch, and what the build decided. */
+uint32_t tauperp_version(void);
+uint32_t tauperp_numeric(void);     /* numeric_t */
+uint32_t tauperp_config_size(void); /* sizeof(guard_config_t) */
+uint32_t tauperp_guard_size(void);
+
+#endif
