@@ -1,0 +1,92 @@
+"""A serial arm of revolute joints as plain numbers: what every reader makes and every user of a robot takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .spatial import Array
+
+if TYPE_CHECKING:
+    from .table import RobotTable
+
+GRAVITY_M_S2 = 9.81
+MAX_JOINTS = 8
+
+# What a file without limits gets: about what the wire can carry (position 4.09 rad, velocity 8.19 rad/s, torque
+# 327 Nm). A continuous joint reports its angle wrapped to +-pi, with some room for where it wraps.
+DEFAULT_POSITION_RAD = 4.0
+DEFAULT_VELOCITY_RAD_S = 8.0
+DEFAULT_TORQUE_NM = 320.0
+
+
+class Capsule(NamedTuple):
+    """Contact geometry of a link: the points within `radius` m of the segment p0 p1 (each (3,) m, joint frame)."""
+
+    p0: Array
+    p1: Array
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A revolute joint and the link behind it; everything of the link is in the joint frame, which turns with it."""
+
+    name: str
+    origin_rotation: Array  # (3, 3) of the joint frame in the parent joint's frame (first: in the base frame) at q = 0
+    origin_position: Array  # (3,) m
+    axis: Array  # (3,) unit
+    mass: float  # kg
+    com: Array  # (3,) m
+    inertia: Array  # (3, 3) kg m^2 about the centre of mass
+    position_min: float = -DEFAULT_POSITION_RAD
+    position_max: float = DEFAULT_POSITION_RAD
+    velocity_max: float = DEFAULT_VELOCITY_RAD_S
+    torque_max: float = DEFAULT_TORQUE_NM
+    rotor_inertia: float = 0.0  # kg m^2, reflected to the joint; behind the torque sensor, so not in the table
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The file that a robot was read from and the part of it that was taken, so that another reader can check it."""
+
+    path: Path
+    kind: str  # "urdf" or "mjcf"
+    base: str
+    tip: str
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    name: str
+    joints: tuple[Joint, ...]
+    tip: Array  # (3,) m, the end-effector point in the last joint's frame
+    gravity: Array  # (3,) m/s^2 in the base frame
+    capsules: tuple[Capsule, ...]  # one a joint, in the joint's frame
+    tip_rotation: Array = field(default_factory=lambda: np.eye(3))  # of the tip link in the last joint's frame
+    source: Source | None = None
+    note: str = ""  # where the numbers come from
+
+    @property
+    def n(self) -> int:
+        return len(self.joints)
+
+    @property
+    def mass(self) -> float:
+        """Mass of everything that moves, kg."""
+        return sum(joint.mass for joint in self.joints)
+
+    @property
+    def reach(self) -> float:
+        """Length m of the chain of joint origins from the second joint to the tip: no point of it is farther."""
+        steps = [joint.origin_position for joint in self.joints[2:]] + [self.tip]
+        return float(sum(np.linalg.norm(step) for step in steps))
+
+    def table(self) -> RobotTable:
+        """The firmware's table of this robot (firmware/core/robot.h)."""
+        from .table import make_table
+
+        return make_table(self)

@@ -1,0 +1,292 @@
+"""A tree of links as robot files describe it, and the one serial chain of it that becomes a Robot.
+
+Links joined by fixed joints are merged. Joints off the chain are locked where the file puts them (URDF: zero, MJCF:
+qpos0) and their links merged too, so a hand's fingers or a second arm cost nothing but their mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import InputError
+from .capsules import automatic_capsule, volume
+from .model import (
+    DEFAULT_POSITION_RAD,
+    DEFAULT_TORQUE_NM,
+    DEFAULT_VELOCITY_RAD_S,
+    MAX_JOINTS,
+    Capsule,
+    Joint,
+    Robot,
+)
+from .spatial import Array, Body, Pose, merged
+
+# Files round inertias: six decimals of kg m^2, or three to four digits. What that can break of positivity and of the
+# triangle inequality is accepted; 1e-6 kg m^2 at 10 rad/s^2 is 1e-5 Nm, a thousandth of the wire's torque step.
+INERTIA_ABSOLUTE = 1e-6
+INERTIA_RELATIVE = 1e-3
+
+FIXED, REVOLUTE = "fixed", "revolute"
+
+
+@dataclass(frozen=True, eq=False)
+class TreeJoint:
+    """How a link hangs on its parent. A mimic joint follows another one and can only be locked."""
+
+    name: str
+    kind: str = FIXED  # FIXED, REVOLUTE or the file's own word for what cannot be on a chain
+    axis: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    position_min: float = -DEFAULT_POSITION_RAD
+    position_max: float = DEFAULT_POSITION_RAD
+    velocity_max: float = DEFAULT_VELOCITY_RAD_S
+    torque_max: float = DEFAULT_TORQUE_NM
+    rotor_inertia: float = 0.0
+    mimic: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class TreeLink:
+    name: str
+    parent: str | None
+    pose: Pose  # in the parent link at joint position zero
+    joint: TreeJoint
+    body: Body = field(default_factory=Body)
+    locked_pose: Pose | None = None  # in the parent link where a locked joint stands, if not at zero
+    capsules: tuple[Capsule, ...] = ()
+    marker: bool = False  # a frame that is no body of the file (an MJCF site): a tip only if asked for by its name
+
+    @property
+    def locked(self) -> Pose:
+        return self.pose if self.locked_pose is None else self.locked_pose
+
+
+class Tree:
+    """Links by name in the file's order, parents before or after their children; exactly one has no parent."""
+
+    def __init__(self, name: str, links: list[TreeLink], gravity: Array):
+        self.name = name
+        self.gravity = gravity  # (3,) m/s^2 in the root frame
+        self.links = {link.name: link for link in links}
+        self.children: dict[str, list[TreeLink]] = {link.name: [] for link in links}
+        for link in links:
+            if link.parent is not None:
+                self.children[link.parent].append(link)
+        self.root = next(link for link in links if link.parent is None)
+
+    def chain(self, *, base: str | None, tip: str | None, tool: Array, mounting: Array) -> tuple[Robot, str, str]:
+        """The robot from link `base` (default: the root) to link `tip` (default: the only end), and both names.
+
+        tool: offset (3,) m added in the tip's frame. mounting: rotation (3, 3) of the file's root frame in a world
+        whose z points up; gravity follows through the joints before the base, locked.
+        """
+        base_link = self.root if base is None else self._link(base, "base")
+        tip_link = self._only_tip(base_link) if tip is None else self._link(tip, "tip")
+        path = self._path(base_link, tip_link)
+        for link in path:
+            _refuse_joint(link.joint)
+        moving = [link for link in path if link.joint.kind == REVOLUTE]
+        if not 1 <= len(moving) <= MAX_JOINTS:
+            raise InputError(
+                f"robot '{self.name}': {len(moving)} revolute joints from link '{base_link.name}' to link "
+                f"'{tip_link.name}'; 1 to {MAX_JOINTS} can be guarded"
+            )
+
+        on_path = {link.name for link in path}
+        joints: list[Joint] = []
+        capsules: list[list[Capsule]] = []
+        pose = Pose()  # of the link at hand in the last moving joint's frame
+        for link in path:
+            pose = pose @ link.pose
+            if link.joint.kind != REVOLUTE:
+                continue
+            body, shapes = self._rigid_with(link, on_path)
+            joints.append(_joint(link, pose, body))
+            capsules.append(shapes)
+            pose = Pose()
+        tip_point = pose.point(tool)
+        ends = [joint.origin_position for joint in joints[1:]] + [tip_point]
+        robot = Robot(
+            name=self.name,
+            joints=tuple(joints),
+            tip=tip_point,
+            tip_rotation=pose.rotation,
+            gravity=self._locked_pose(base_link).rotation.T @ mounting.T @ self.gravity,
+            capsules=tuple(
+                max(shapes, key=volume) if shapes else automatic_capsule(joint.mass, joint.com, end)
+                for joint, shapes, end in zip(joints, capsules, ends, strict=True)
+            ),
+        )
+        return robot, base_link.name, tip_link.name
+
+    def _link(self, name: str, role: str) -> TreeLink:
+        if name not in self.links:
+            known = [link.name for link in self.links.values() if not link.marker]
+            shown = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+            raise InputError(f"robot '{self.name}' has no link '{name}' to be the {role}; it has {shown}")
+        return self.links[name]
+
+    def _ancestry(self, link: TreeLink) -> Iterator[TreeLink]:
+        """The link, its parent, and so on to the root."""
+        while True:
+            yield link
+            if link.parent is None:
+                return
+            link = self.links[link.parent]
+
+    def _locked_pose(self, link: TreeLink) -> Pose:
+        """Pose of a link in the root frame with every joint locked."""
+        pose = Pose()
+        for ancestor in self._ancestry(link):
+            if ancestor.parent is not None:
+                pose = ancestor.locked @ pose
+        return pose
+
+    def _path(self, base: TreeLink, tip: TreeLink) -> list[TreeLink]:
+        """Links behind `base` up to and with `tip`."""
+        path: list[TreeLink] = []
+        for link in self._ancestry(tip):
+            if link.name == base.name:
+                return path[::-1]
+            path.append(link)
+        raise InputError(f"robot '{self.name}': link '{tip.name}' does not hang on base '{base.name}'")
+
+    def _descendants(self, link: TreeLink) -> Iterator[TreeLink]:
+        pending = [link]
+        while pending:
+            link = pending.pop()
+            yield link
+            pending.extend(reversed(self.children[link.name]))
+
+    def _moves(self, link: TreeLink) -> bool:
+        """True if a joint that could be on a chain is at or behind the link."""
+        return any(x.joint.kind != FIXED and not x.joint.mimic for x in self._descendants(link))
+
+    def _only_tip(self, base: TreeLink) -> TreeLink:
+        """The end of the chain when nobody names it: where nothing behind moves any more, at the only free end."""
+        link = base
+        while True:
+            movers = self._movers(link)
+            if not movers:
+                break
+            if len(movers) > 1:
+                names = ", ".join(f"joint '{mover.joint.name}'" for mover in movers)
+                raise InputError(
+                    f"robot '{self.name}' branches behind link '{link.name}' ({names}): choose one arm with --tip LINK"
+                )
+            link = movers[0]
+        ends = [(x, pose) for x, pose in self._rigid(link) if not x.marker and not self._rigid_children(x)]
+        if any(np.linalg.norm(pose.position - ends[0][1].position) > 1e-6 for _, pose in ends):
+            names = ", ".join(f"'{end.name}'" for end, _ in ends)
+            raise InputError(
+                f"robot '{self.name}' has more than one end behind joint '{link.joint.name}' ({names}): "
+                "choose one with --tip LINK"
+            )
+        return ends[0][0]
+
+    def _rigid_children(self, link: TreeLink) -> list[TreeLink]:
+        return [x for x in self.children[link.name] if x.joint.kind == FIXED and not x.marker]
+
+    def _rigid(self, link: TreeLink) -> Iterator[tuple[TreeLink, Pose]]:
+        """The links that are one with `link` over fixed joints, and their poses in it."""
+        pending = [(link, Pose())]
+        while pending:
+            link, pose = pending.pop()
+            yield link, pose
+            pending.extend((x, pose @ x.pose) for x in reversed(self.children[link.name]) if x.joint.kind == FIXED)
+
+    def _movers(self, link: TreeLink) -> list[TreeLink]:
+        """The links that move against `link` and the links fixed to it."""
+        return [
+            child
+            for rigid, _ in self._rigid(link)
+            for child in self.children[rigid.name]
+            if child.joint.kind != FIXED and not child.joint.mimic
+        ]
+
+    def _rigid_with(self, link: TreeLink, on_path: set[str]) -> tuple[Body, list[Capsule]]:
+        """Everything that moves with a link of the chain: over fixed joints, and over locked joints off the chain."""
+        bodies: list[Body] = []
+        capsules: list[Capsule] = []
+        pending = [(link, Pose())]
+        while pending:
+            part, pose = pending.pop()
+            _refuse_body(part)
+            bodies.append(part.body.moved(pose))
+            capsules += [Capsule(pose.point(c.p0), pose.point(c.p1), c.radius) for c in part.capsules]
+            for child in self.children[part.name]:
+                if child.name not in on_path:
+                    pending.append((child, pose @ child.locked))
+                elif child.joint.kind == FIXED:
+                    pending.append((child, pose @ child.pose))
+        body = merged(bodies)
+        if body.mass <= 0.0:
+            raise InputError(f"joint '{link.joint.name}' moves link '{link.name}', which has no mass and inertia")
+        if np.linalg.eigvalsh(body.inertia)[0] <= 0.0:
+            raise InputError(f"joint '{link.joint.name}' moves link '{link.name}', whose inertia is not positive")
+        return body, capsules
+
+
+def _joint(link: TreeLink, pose: Pose, body: Body) -> Joint:
+    joint = link.joint
+    return Joint(
+        name=joint.name,
+        origin_rotation=pose.rotation,
+        origin_position=pose.position,
+        axis=joint.axis / np.linalg.norm(joint.axis),
+        mass=body.mass,
+        com=body.com,
+        inertia=body.inertia,
+        position_min=joint.position_min,
+        position_max=joint.position_max,
+        velocity_max=joint.velocity_max,
+        torque_max=joint.torque_max,
+        rotor_inertia=joint.rotor_inertia,
+    )
+
+
+def _refuse_joint(joint: TreeJoint) -> None:
+    """A joint that cannot be on a chain of revolute joints is an error that names it."""
+    if joint.kind == FIXED:
+        return
+    if joint.kind != REVOLUTE:
+        raise InputError(
+            f"joint '{joint.name}' on the chain is {joint.kind}: only revolute joints can be guarded "
+            "(--base and --tip choose a chain without it)"
+        )
+    if joint.mimic:
+        raise InputError(f"joint '{joint.name}' on the chain mimics another joint: choose a --tip before it")
+    if not np.all(np.isfinite(joint.axis)) or np.linalg.norm(joint.axis) < 1e-6:
+        raise InputError(f"joint '{joint.name}' has a zero axis")
+    if not joint.position_min < joint.position_max:
+        raise InputError(
+            f"joint '{joint.name}': lower limit {joint.position_min:g} rad is not below upper {joint.position_max:g} rad"
+        )
+    for value, what in ((joint.velocity_max, "velocity limit"), (joint.torque_max, "effort limit")):
+        if not value > 0.0:
+            raise InputError(f"joint '{joint.name}': {what} {value:g} is not positive")
+
+
+def _refuse_body(link: TreeLink) -> None:
+    """A mass or an inertia that no distribution of mass has, within the rounding of files, is an error."""
+    mass, inertia = link.body.mass, link.body.inertia
+    if mass < 0.0:
+        raise InputError(f"link '{link.name}': mass {mass:g} kg is not positive")
+    if mass == 0.0:
+        if np.any(inertia != 0.0):
+            raise InputError(f"link '{link.name}': inertia without mass")
+        return
+    small, middle, large = np.linalg.eigvalsh(inertia)
+    slack = INERTIA_ABSOLUTE + INERTIA_RELATIVE * abs(large)
+    if small < -slack:
+        raise InputError(
+            f"link '{link.name}': inertia is not positive definite (principal moments "
+            f"{small:.3g}, {middle:.3g}, {large:.3g} kg m^2)"
+        )
+    if small + middle < large - slack:
+        raise InputError(
+            f"link '{link.name}': inertia breaks the triangle inequality (principal moments "
+            f"{small:.3g}, {middle:.3g}, {large:.3g} kg m^2)"
+        )
