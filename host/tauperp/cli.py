@@ -76,8 +76,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     chosen = next((argument for argument in arguments if argument in COMMANDS), None)
     try:
-        args = _parser(chosen).parse_args(arguments)
-        code: int = args.run(args)
+        code = _run(arguments, chosen)
         sys.stdout.flush()
         return code
     except BrokenPipeError:
@@ -94,6 +93,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _run(arguments: list[str], chosen: str | None) -> int:
+    try:
+        args = _parser(chosen).parse_args(arguments)
+    except SystemExit as done:  # --help and --version, which have printed what they had to
+        return int(done.code or 0)
+    code: int = args.run(args)
+    return code
 
 
 if __name__ == "__main__":

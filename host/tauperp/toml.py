@@ -47,11 +47,15 @@ def _first_mistake(model: type[BaseModel], error: ValidationError) -> str:
     place = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
         message = "unknown key" + _suggestion(model, first["loc"])
+    elif first["type"] in ("model_type", "dict_type"):
+        message = "should be a table"
+    elif first["type"] == "missing":
+        message = "is missing"
     elif first["type"] == "value_error":
         message = str(first["ctx"]["error"])
     else:
-        message = first["msg"][:1].lower() + first["msg"][1:]
-        if isinstance(first["input"], int | float | str) and first["type"] != "missing":
+        message = first["msg"].removeprefix("Input ")
+        if isinstance(first["input"], int | float | str):
             message += f", not {first['input']!r}"
     more = f" (and {len(mistakes) - 1} more)" if len(mistakes) > 1 else ""
     return (f"{place}: " if place else "") + message + more
