@@ -2,5 +2,6 @@
 
 from .load import load, shipped
 from .model import Capsule, Joint, Robot
+from .table import RobotTable
 
-__all__ = ["Capsule", "Joint", "Robot", "load", "shipped"]
+__all__ = ["Capsule", "Joint", "Robot", "RobotTable", "load", "shipped"]

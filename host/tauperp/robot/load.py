@@ -59,7 +59,7 @@ def load(
     else:
         raise InputError(f"{path}: <{root.tag}> is neither URDF (<robot>) nor MJCF (<mujoco>)")
     robot, base_link, tip_link = tree.chain(base=base, tip=tip, tool=offset, mounting=mounting)
-    return replace(robot, source=Source(path, kind, base_link, tip_link), note=f"read from {path.name}")
+    return replace(robot, source=Source(path, kind, base_link, tip_link, offset, mounting), note=f"read from {path.name}")
 
 
 def _three_numbers(values: Sequence[float] | Array | None, what: str) -> Array:

@@ -55,8 +55,10 @@ class Source:
 
     path: Path
     kind: str  # "urdf" or "mjcf"
-    base: str
-    tip: str
+    base: str  # link
+    tip: str  # link or site
+    tool: Array  # (3,) m in the tip's frame
+    mounting: Array  # (3, 3), the file's root frame in a world whose z points up
 
 
 @dataclass(frozen=True, eq=False)

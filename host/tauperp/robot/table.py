@@ -1,0 +1,164 @@
+"""The firmware's table of a robot (firmware/core/robot.h): minimal frames, minimal inertial parameters.
+
+Frames: z on the joint axis, origin where the file has it (the common normals of strict Denavit-Hartenberg frames run
+away when axes are nearly parallel), and x such that the next axis is reached by a turn about x alone. The rotation
+between two z-aligned frames is Rz(a) Rx(twist) Rz(b); a goes into the parent's `zero`, b into this joint's.
+
+Inertial parameters: from the tip to the base every link hands a rod on its joint axis to its parent (Gautier and
+Khalil 1990): mass m, first moment m z and inertia diag(l, l, 0) about the frame's origin, with l its inertia yy. Such a
+rod cannot tell whether it turns with the joint. What is left of each link are seven numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .model import Robot
+from .spatial import Array, Body, rotation_onto, rotation_x, rotation_z
+
+# Only what rounding leaves of a right angle or a zero is snapped: a twist that a file gives with ten digits stays as
+# the file has it, because the table is held to 1e-9 against other readers of the same file.
+SNAP = 1e-12
+NAME_LENGTH = 16  # ROBOT_NAME_LENGTH
+
+
+@dataclass(frozen=True, eq=False)
+class TableJoint:
+    """robot_joint_t, field by field."""
+
+    offset: Array  # (3,)
+    cos_twist: float
+    sin_twist: float
+    zero_rad: float
+    moment_x: float
+    moment_y: float
+    inertia_xx: float
+    inertia_xy: float
+    inertia_xz: float
+    inertia_yz: float
+    inertia_zz: float
+    position_min_rad: float
+    position_max_rad: float
+    velocity_max_rad_s: float
+    torque_max_nm: float
+
+
+@dataclass(frozen=True, eq=False)
+class RobotTable:
+    """robot_t, field by field; only the joints that are there."""
+
+    name: str
+    joint_count: int
+    base: Array  # (3, 3)
+    gravity: Array  # (3,)
+    tip: Array  # (3,)
+    joint: tuple[TableJoint, ...]
+
+
+def make_table(robot: Robot) -> RobotTable:
+    n = robot.n
+    # Frames with z on the axis: frame i is the joint's frame turned by align[i].
+    align = [rotation_onto(joint.axis) for joint in robot.joints]
+    before = [np.eye(3), *align[:-1]]
+    rotation = [before[i].T @ robot.joints[i].origin_rotation @ align[i] for i in range(n)]
+    offset = [before[i].T @ robot.joints[i].origin_position for i in range(n)]
+
+    # Frame i of the table is that frame turned about its z by turn[i], so that the next twist is about x.
+    angles = [_zxz(rotation[i]) for i in range(1, n)]
+    turn = [a for a, _, _ in angles] + [0.0]
+    base = _clean(rotation[0] @ rotation_z(turn[0]))
+    twist = [0.0] + [t for _, t, _ in angles]
+    zero = [0.0] + [_wrapped(angles[i - 1][2] + turn[i]) for i in range(1, n)]
+    offset = [np.zeros(3)] + [_clean(rotation_z(-turn[i - 1]) @ offset[i]) for i in range(1, n)]
+    to_table = [(align[i] @ rotation_z(turn[i])).T for i in range(n)]  # from the robot's joint frames
+
+    moment, inertia = _minimal_parameters(robot, to_table, twist, offset)
+    joints = tuple(
+        TableJoint(
+            offset=offset[i],
+            cos_twist=_snapped(np.cos(twist[i])),
+            sin_twist=_snapped(np.sin(twist[i])),
+            zero_rad=zero[i],
+            moment_x=float(moment[i][0]),
+            moment_y=float(moment[i][1]),
+            inertia_xx=float(inertia[i][0, 0]),
+            inertia_xy=float(inertia[i][0, 1]),
+            inertia_xz=float(inertia[i][0, 2]),
+            inertia_yz=float(inertia[i][1, 2]),
+            inertia_zz=float(inertia[i][2, 2]),
+            position_min_rad=robot.joints[i].position_min,
+            position_max_rad=robot.joints[i].position_max,
+            velocity_max_rad_s=robot.joints[i].velocity_max,
+            torque_max_nm=robot.joints[i].torque_max,
+        )
+        for i in range(n)
+    )
+    return RobotTable(
+        name=robot.name[:NAME_LENGTH],
+        joint_count=n,
+        base=base,
+        gravity=_clean(robot.gravity),
+        tip=_clean(to_table[-1] @ robot.tip),
+        joint=joints,
+    )
+
+
+def _minimal_parameters(
+    robot: Robot, to_table: list[Array], twist: list[float], offset: list[Array]
+) -> tuple[list[Array], list[Array]]:
+    """First moments (3,) and inertias (3, 3) about the frames' origins that are left when every rod is handed on."""
+    n = robot.n
+    mass = [joint.mass for joint in robot.joints]
+    moment = [to_table[i] @ (joint.mass * joint.com) for i, joint in enumerate(robot.joints)]
+    inertia = [
+        to_table[i] @ Body(joint.mass, joint.com, joint.inertia).inertia_about(np.zeros(3)) @ to_table[i].T
+        for i, joint in enumerate(robot.joints)
+    ]
+    for i in reversed(range(n)):
+        rod_moment, rod_inertia = moment[i][2], inertia[i][1, 1]
+        moment[i] = _clean(moment[i] * (1.0, 1.0, 0.0))
+        inertia[i] = _clean(inertia[i] - np.diag([rod_inertia, rod_inertia, 0.0]))
+        if i == 0:
+            break  # the base does not move: what it gets is lost
+        turn, p, m = rotation_x(twist[i]), offset[i], mass[i]
+        h = turn @ (0.0, 0.0, rod_moment)
+        shift = (2.0 * h @ p + m * p @ p) * np.eye(3) - np.outer(h, p) - np.outer(p, h) - m * np.outer(p, p)
+        mass[i - 1] += m
+        moment[i - 1] = moment[i - 1] + h + m * p
+        inertia[i - 1] = inertia[i - 1] + turn @ np.diag([rod_inertia, rod_inertia, 0.0]) @ turn.T + shift
+    return moment, inertia
+
+
+def _zxz(rotation: Array) -> tuple[float, float, float]:
+    """Angles (a, twist, b) with rotation = Rz(a) Rx(twist) Rz(b), a within a quarter turn, 0 for parallel axes."""
+    sine = float(np.hypot(rotation[0, 2], rotation[1, 2]))
+    if sine < SNAP:
+        same = 1.0 if rotation[2, 2] > 0.0 else -1.0
+        return 0.0, 0.0 if same > 0.0 else np.pi, float(np.arctan2(same * rotation[1, 0], rotation[0, 0]))
+    # Third column: (sin a sin t, -cos a sin t, cos t); third row: (sin t sin b, sin t cos b, cos t).
+    twist = float(np.arctan2(sine, rotation[2, 2]))
+    a = float(np.arctan2(rotation[0, 2], -rotation[1, 2]))
+    b = float(np.arctan2(rotation[2, 0], rotation[2, 1]))
+    # (a + pi, -t, b + pi) is the same rotation: the one with the smaller a, decided clear of rounding at +-pi/2.
+    if not -np.pi / 2 + 1e-6 < a <= np.pi / 2 + 1e-6:
+        a, twist, b = _wrapped(a + np.pi), -twist, b + np.pi
+    return _snapped(a), twist, _wrapped(b)
+
+
+def _wrapped(angle: float) -> float:
+    """The same angle in (-pi, pi], with rounding at the ends settled."""
+    angle = float(np.arctan2(np.sin(angle), np.cos(angle)))
+    return float(np.pi) if angle < -np.pi + SNAP else _snapped(angle)
+
+
+def _snapped(value: float) -> float:
+    """Rounding removed where the exact value is plainly 0 or +-1."""
+    nearest = round(float(value))
+    return float(nearest) if nearest in (-1, 0, 1) and abs(value - nearest) < SNAP else float(value)
+
+
+def _clean(values: Array) -> Array:
+    """What rounding leaves of a zero is a zero."""
+    return np.where(np.abs(values) < SNAP, 0.0, values)
