@@ -1,0 +1,84 @@
+# The gates: what must hold of the checkout. tools/gates runs them to the end and counts.
+FORMATTED_C = $(filter-out firmware/wire/messages.% firmware/wire/protocol.% firmware/robots/%,\
+    $(wildcard firmware/*/*.[ch] firmware/boards/*/*.[ch] tests/*/*.[ch]))
+PYTHON_SOURCES = host $(wildcard tests tools/dbc2c tools/robot2c tools/gates tools/unit tools/*.py)
+CLANG ?= clang
+
+.PHONY: test host-test bus-test test-target lint lint-gcc lint-clang lint-format lint-python lint-types format generate generate-check
+
+test: ## every test this machine can run; ends with "N passed, N failed"
+	@tools/gates test $(NUMERICS:%=unit-%) host-test \
+	    $(if $(wildcard tests/bus/test_*.py),bus-test) $(if $(wildcard tests/target/test_*.py),test-target)
+
+# run_pytest GATE, FOLDER, the command to run it in
+run_pytest = $(3) $(VENV)/bin/python -m pytest -q --junitxml=$(BUILD)/results/$(1).xml $(2)
+skip = mkdir -p $(BUILD)/results && echo "skipped $(2)" >$(BUILD)/results/$(1)
+
+host-test: library venv ## tests of the host package, and of the firmware through it (pytest)
+	@if [ -z "$(wildcard tests/host/test_*.py)" ]; then $(call skip,$@,there are no tests in tests/host); \
+	    else $(call run_pytest,$@,-n $(JOBS) tests/host); fi
+
+bus-test: library venv ## tests on a real vcan0 (this kernel's or User-Mode Linux's)
+	@if ! tools/vcan true; then $(call skip,$@,the bus tests: no vcan0 to be had here); \
+	    else $(call run_pytest,$@,tests/bus,tools/vcan); fi
+
+test-target: library venv ## tests of the firmware on emulated controllers (QEMU)
+	@if ! tools/toolbox qemu arm; then $(call skip,$@,the target tests: no emulator or ARM compiler); \
+	    elif ! tools/vcan true; then $(call skip,$@,the target tests: no vcan0 to be had here); \
+	    else $(call run_pytest,$@,tests/target,tools/vcan); fi
+
+lint: ## strict builds by gcc and clang, formatting, ruff, mypy
+	@tools/gates lint lint-gcc lint-clang lint-format lint-python lint-types
+
+# Every C file that a host compiler can build, with every warning an error.
+STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/boards/linux/*.c)
+define STRICT_RULES
+STRICT_OBJECTS_$(1) = $$(foreach numeric,$(NUMERICS),$$(STRICT_SOURCES:%.c=$(BUILD)/object/lint-$(1)-$$(numeric)/%.o))
+-include $$(STRICT_OBJECTS_$(1):.o=.d)
+endef
+define STRICT_OBJECT_RULES
+$(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk
+	@mkdir -p $$(@D)
+	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 -Ifirmware/boards/library $$(call warnings_for,$$<) -c -o $$@ $$<
+endef
+$(foreach compiler,gcc clang,$(eval $(call STRICT_RULES,$(compiler))))
+$(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,gcc,gcc,$(numeric)))\
+                              $(eval $(call STRICT_OBJECT_RULES,clang,$(CLANG),$(numeric))))
+
+.PHONY: strict-gcc strict-clang
+strict-gcc: $(STRICT_OBJECTS_gcc)
+strict-clang: $(STRICT_OBJECTS_clang)
+
+lint-gcc:
+	@$(MAKE) -k -j $(JOBS) strict-gcc
+
+lint-clang:
+	@if ! command -v $(CLANG) >/dev/null && ! tools/toolbox clang; then $(call skip,$@,the strict build by clang: no clang); \
+	    else $(MAKE) -k -j $(JOBS) strict-clang; fi
+
+lint-format: venv
+	@$(VENV)/bin/clang-format --dry-run -Werror $(FORMATTED_C)
+	@$(VENV)/bin/ruff format --quiet --diff $(PYTHON_SOURCES)
+
+lint-python: venv
+	@$(VENV)/bin/ruff check --quiet $(PYTHON_SOURCES)
+
+lint-types: venv
+	@$(VENV)/bin/mypy --no-error-summary
+
+format: venv ## format C and Python in place
+	@$(VENV)/bin/clang-format -i $(FORMATTED_C)
+	@$(VENV)/bin/ruff format --quiet $(PYTHON_SOURCES)
+	@$(VENV)/bin/ruff check --quiet --fix --select I $(PYTHON_SOURCES)
+
+# Generated C: written from the DBC and from the robots' descriptions, committed, never edited.
+GENERATORS = $(wildcard tools/dbc2c tools/robot2c)
+
+generate: venv ## write the generated C anew (DBC codec, robot tables)
+	@for generator in $(GENERATORS); do $(VENV)/bin/python $$generator; done
+
+generate-check: venv ## are the committed generated files current?
+	@tools/gates generate-check $(GENERATORS:tools/%=current-%)
+
+$(GENERATORS:tools/%=current-%): current-%: venv
+	@$(VENV)/bin/python tools/$* --check
