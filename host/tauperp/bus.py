@@ -1,0 +1,49 @@
+"""A CAN bus by python-can, named on the command line as python-can's own tools name it (`--interface`, `--channel`)."""
+
+import argparse
+from typing import Any
+
+import can
+from can.cli import add_bus_arguments as add_bus_arguments  # the command line's half, re-exported
+from can.cli import create_bus_from_namespace
+
+from tauperp.errors import InputError
+
+DEFAULT_INTERFACE = "virtual"
+DEFAULT_CHANNEL = "tauperp"
+BITRATE = 1_000_000  # bit/s, classic frames and the arbitration phase of CAN FD
+DATA_BITRATE = 5_000_000  # bit/s, the data phase of CAN FD
+
+
+def open_bus(namespace: argparse.Namespace | None = None, **options: Any) -> can.BusABC:
+    """Open the bus that parsed arguments name; without any, python-can's virtual bus of this process.
+
+    namespace   what a parser with add_bus_arguments() returned; what it names wins over `options`
+    options     passed to python-can: interface, channel, fd, receive_own_messages, ...
+
+    A channel without an interface is looked up as python-can does, in its configuration files. Raises InputError, one
+    line with interface and channel, if there is no such bus, its driver is not installed or it cannot be opened.
+    """
+    named = {} if namespace is None else {key: value for key, value in vars(namespace).items() if value is not None}
+    interface = named.get("interface", options.get("interface"))
+    channel = named.get("channel", options.get("channel"))
+    if interface is None and channel is None:
+        interface = options["interface"] = DEFAULT_INTERFACE
+    if interface == DEFAULT_INTERFACE and channel is None:
+        channel = options["channel"] = DEFAULT_CHANNEL
+    try:
+        return create_bus_from_namespace(argparse.Namespace(**named), **options)
+    except argparse.ArgumentError as error:  # python-can puts it around whatever a driver raises
+        cause = error.__cause__
+    where = " ".join(str(part) for part in (interface, channel) if part is not None)
+    reason = "no interface is given, here or in python-can's configuration" if interface is None else _reason(cause)
+    raise InputError(f"CAN bus {where}: {reason}") from cause
+
+
+def _reason(error: BaseException | None) -> str:
+    """One line that a person can act on."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    if isinstance(error, can.CanError | OSError | ValueError | ImportError) and str(error):
+        return " ".join(str(error).split())
+    return f"its driver cannot be used here ({error})"
