@@ -73,4 +73,43 @@ typedef struct {
     robot_t robot;
 } guard_config_t;
 
+/* Why a block is refused. guard_init passes it on. */
+typedef enum {
+    GUARD_STATUS_NONE = 0,
+    GUARD_OK = 1,
+    GUARD_BAD_MAGIC = 2,   /* not a configuration block */
+    GUARD_BAD_SCHEMA = 3,  /* made for another version of the firmware */
+    GUARD_BAD_SIZE = 4,
+    GUARD_BAD_CRC = 5,
+    GUARD_BAD_NUMERIC = 6, /* made for the other numeric type */
+    GUARD_BAD_WIRE = 7,    /* made for another DBC */
+    GUARD_BAD_ROBOT = 8,   /* robot_holds() is false */
+    GUARD_BAD_TIMING = 9,  /* zero, a deadline below one period, or a joint deadline beyond CONFIG_MAX_GAP periods */
+    GUARD_BAD_TASK = 10,   /* a threshold or debounce that is not positive, an unknown index, no task configured */
+    GUARD_CONTACT_NEEDS_7_JOINTS = 11, /* d_e of 6 joints or fewer is zero for every force: it would see nothing */
+    GUARD_PAYLOAD_NEEDS_6_JOINTS = 12, /* d_p of 5 joints or fewer likewise */
+    GUARD_BAD_OBSERVER = 13, /* a decay outside 0 to 1, or a gain that does not belong to it */
+    GUARD_BAD_SUBSPACE = 14, /* a tolerance or lever that is not positive, an unknown basis */
+    GUARD_BAD_STOP = 15      /* a stop category above 2 */
+} guard_status_t;
+
+#define CONFIG_CONTACT_MIN_JOINTS 7u
+#define CONFIG_PAYLOAD_MIN_JOINTS 6u
+
+/* GUARD_OK iff the guard can run on the block. Cost: its CRC, about 15,000 instructions. */
+guard_status_t config_check(const guard_config_t *config);
+
+#define CONFIG_WATCH_BYTES 16u
+
+/* The CRC check that never ends: CONFIG_WATCH_BYTES a step, so the whole block every 70 or so steps. */
+typedef struct {
+    uint32_t offset;
+    uint32_t crc;
+} config_watch_t;
+
+void config_watch_start(config_watch_t *self);
+
+/* False when the block is not the one that was checked any more, as far as the steps have come. */
+bool config_watch_step(config_watch_t *self, const guard_config_t *config);
+
 #endif

@@ -31,28 +31,10 @@
 #include "e2e.h"
 #include "frame.h"
 #include "index.h"
+#include "protocol.h"
 #include "snapshot.h"
 
 #define GUARD_MAX_FRAMES 2u /* that one tick puts out */
-
-typedef enum {
-    GUARD_STATUS_NONE = 0,
-    GUARD_OK = 1,
-    GUARD_BAD_MAGIC = 2,     /* not a configuration block */
-    GUARD_BAD_SCHEMA = 3,    /* made for another version of the firmware */
-    GUARD_BAD_SIZE = 4,
-    GUARD_BAD_CRC = 5,
-    GUARD_BAD_NUMERIC = 6,   /* made for the other numeric type */
-    GUARD_BAD_WIRE = 7,      /* made for another DBC */
-    GUARD_BAD_ROBOT = 8,     /* robot_holds() is false */
-    GUARD_BAD_TIMING = 9,    /* a period, deadline or budget is zero, or a deadline below one period */
-    GUARD_BAD_TASK = 10,     /* a threshold or debounce that is not positive, an unknown index, no task configured */
-    GUARD_CONTACT_NEEDS_7_JOINTS = 11, /* d_e of 6 joints or fewer is zero for every force: it would see nothing */
-    GUARD_PAYLOAD_NEEDS_6_JOINTS = 12, /* d_p of 5 joints or fewer likewise */
-    GUARD_BAD_OBSERVER = 13, /* a decay outside 0 to 1, or gains that do not belong to it */
-    GUARD_BAD_SUBSPACE = 14, /* a tolerance or lever that is not positive, an unknown basis */
-    GUARD_BAD_STOP = 15      /* a stop category above 2 */
-} guard_status_t;
 
 typedef enum {
     GUARD_STATE_UNINITIALISED = 0,
@@ -124,55 +106,64 @@ typedef struct {
     can_frame_t frame[GUARD_MAX_FRAMES]; /* to be sent in this order */
 } guard_output_t;
 
-/* One periodic input and when it was last good. */
+/* A periodic input, and when it was last good. */
 typedef struct {
     uint64_t good_us;
     bool seen;
 } guard_input_t;
 
+/* What came in: written by guard_receive only, read by guard_tick. */
+typedef struct {
+    e2e_receiver_t receiver[PROTOCOL_RECEIVE_COUNT];
+    snapshot_t snapshot;
+    guard_input_t sync, joints, task;
+    vec3_t acceleration;    /* of the end-effector, base frame, m/s^2 */
+    uint8_t task_number;    /* the last good one; TASK_INVALID before */
+    uint8_t fault_joint;    /* 1 to n, or 0 */
+    uint32_t fault;         /* guard_reason_t that the next tick acts on, the first since the last tick; 0 none */
+    bool request;           /* of the last accepted GuardReset; starts as true, so that it takes two to make an edge */
+    bool edge;              /* Request went from 0 to 1 since the last tick */
+    uint8_t requested_trip; /* TripNumber of that frame */
+} guard_inputs_t;
+
+/* The latched reason why motion ended. */
+typedef struct {
+    uint32_t reason; /* guard_reason_t */
+    uint8_t number;  /* 1 to 255, then 1 again; 0 before the first */
+    uint8_t joint;
+    num_t value_nm;
+    num_t threshold_nm;
+} guard_trip_t;
+
+/* What the guard says on the bus besides its verdict. */
+typedef struct {
+    e2e_transmitter_t stop, status, index;
+    uint32_t turn;         /* of the pages of GuardStatus and the joints of GuardIndex */
+    uint32_t tick_time_us; /* of the tick before, as the board measured it; held at 65535 */
+    uint32_t worst_tick_time_us;
+    uint32_t margin_us;    /* smallest time left to any deadline since the page that says so */
+} guard_report_t;
+
 typedef struct {
     const guard_config_t *config;
     uint32_t state;          /* guard_state_t */
     uint32_t state_inverted; /* ~state: a flipped bit in either is FAULT */
-    uint32_t reason;
-    uint32_t trip_joint;
-    uint32_t trip_number;
-    num_t trip_value;
-    num_t trip_threshold;
-    uint32_t pending_reason; /* an input fault that the next tick acts on; 0 none */
-    uint32_t pending_joint;
-
-    snapshot_t snapshot;
+    guard_inputs_t inputs;
     motion_t motion;
     observer_t observer;
     index_t index;
     detector_t detector;
     uint32_t stages;         /* bit per stage that ran in this tick */
-
-    guard_input_t sync, joints, task;
-    uint8_t task_number;
-    vec3_t acceleration;
-    uint8_t reset_trip;      /* of the last accepted GuardReset */
-    bool reset_request;
-    bool reset_armed;        /* a Request of 0 was accepted since the trip */
-    bool reset_edge;         /* for the next tick */
-    bool snapshot_used;      /* by a tick */
-    bool unhealthy;          /* something bad came in since the last tick */
-    bool ticked;
-
+    guard_trip_t trip;
     uint64_t last_tick_us;
-    uint64_t start_us;
     uint64_t healthy_since_us;
     bool healthy;
-    uint32_t tick_time_us;   /* of the tick before, as the board measured it */
-    uint32_t ticks;
-    uint32_t crc_offset;     /* of the configuration block, how far this round has come */
-    uint32_t crc_register;
-    uint32_t report;         /* turn of the status pages and joint indexes */
-
+    bool ticked;
+    bool over_budget;
+    uint32_t saturations;    /* as of the last tick */
+    config_watch_t watch;
     guard_counters_t counters;
-    e2e_receiver_t from_sync, from_task, from_reset, from_joint[ROBOT_MAX_JOINTS];
-    e2e_transmitter_t to_stop, to_status, to_index;
+    guard_report_t report;
 } guard_t;
 
 /* Checks the whole block, and starts. `config` must stay in place and unchanged while the guard is used. On anything

@@ -16,9 +16,9 @@ bool snapshot_init(snapshot_t *self, uint32_t joint_count) {
 
 void snapshot_begin(snapshot_t *self, uint16_t cycle) {
     self->cycle = cycle;
-    self->gap = self->referenced ? (uint16_t)(cycle - self->complete_cycle) : 0u;
     self->received = 0u;
     self->begun = true;
+    self->taken = false;
 }
 
 snapshot_status_t snapshot_add(snapshot_t *self, uint32_t joint, uint8_t counter, num_t position, num_t velocity,
@@ -40,25 +40,26 @@ snapshot_status_t snapshot_add(snapshot_t *self, uint32_t joint, uint8_t counter
     self->velocity[joint] = velocity;
     self->torque[joint] = torque;
     self->received = (uint8_t)(self->received | (1u << joint));
-    if (self->received != self->expected) {
-        return SNAPSHOT_TAKEN;
-    }
-    self->complete_cycle = self->cycle;
-    self->referenced = true;
-    return SNAPSHOT_COMPLETED;
+    return (self->received == self->expected) ? SNAPSHOT_COMPLETED : SNAPSHOT_TAKEN;
 }
 
 bool snapshot_is_complete(const snapshot_t *self) {
-    return self->begun && (self->received == self->expected);
+    return self->begun && (self->received == self->expected) && !self->taken;
+}
+
+uint32_t snapshot_take(snapshot_t *self) {
+    const uint32_t gap = self->referenced ? (uint16_t)(self->cycle - self->taken_cycle) : 0u;
+    self->taken_cycle = self->cycle;
+    self->taken = true;
+    self->referenced = true;
+    return gap;
 }
 
 bool snapshot_holds(const snapshot_t *self) {
     const uint32_t expected = self->expected;
     const bool joints_hold = (expected != 0u) && ((expected & (expected + 1u)) == 0u) &&
                              ((self->received & ~expected) == 0u) && (self->begun || (self->received == 0u));
-    const bool complete = snapshot_is_complete(self);
-    const bool reference_holds =
-        complete ? (self->referenced && (self->complete_cycle == self->cycle)) : (self->begun || !self->referenced);
-    const bool gap_holds = self->referenced || (self->gap == 0u);
-    return joints_hold && reference_holds && gap_holds;
+    const bool taken_holds = !self->taken || (self->referenced && (self->received == self->expected) &&
+                                              (self->taken_cycle == self->cycle));
+    return joints_hold && taken_holds && (self->begun || !self->referenced);
 }

@@ -2,8 +2,8 @@
  *
  * The dynamics of an arm are wrong if q, qd and tau of its joints belong to different instants. Every joint samples on
  * the Sync frame and puts the low nibble of that cycle into its counter, so a reading is taken only when that nibble
- * is the one of the current Sync. A cycle whose readings do not all arrive is dropped whole by the next Sync; the gap
- * tells the observer how many cycles its next step has to bridge.
+ * is the one of the current Sync. A cycle whose readings do not all arrive is dropped whole by the next Sync. Whoever
+ * uses a complete snapshot takes it, once, and learns how many cycles its observer has to bridge since the last one.
  *
  * The nibble cannot tell a frame from one exactly 16 cycles older, nor the gap from the same gap plus 65536 cycles:
  * the guard's deadlines must be shorter. Units: rad, rad/s, Nm; joints count from 0.
@@ -29,13 +29,13 @@ typedef struct {
     num_t position[ROBOT_MAX_JOINTS]; /* of one cycle if and only if snapshot_is_complete() */
     num_t velocity[ROBOT_MAX_JOINTS];
     num_t torque[ROBOT_MAX_JOINTS];
-    uint16_t cycle;          /* of the current Sync */
-    uint16_t complete_cycle; /* of the last complete snapshot */
-    uint16_t gap;            /* cycles from the complete snapshot before to this one; 0: there is none to go on from */
-    uint8_t received;        /* bit i: the reading of joint i is in */
-    uint8_t expected;        /* the same when complete */
-    bool begun;              /* a cycle is under way */
-    bool referenced;         /* complete_cycle is one */
+    uint16_t cycle;       /* of the current Sync */
+    uint16_t taken_cycle; /* of the last snapshot that was taken */
+    uint8_t received;     /* bit i: the reading of joint i is in */
+    uint8_t expected;     /* the same when complete */
+    bool begun;           /* a cycle is under way */
+    bool taken;           /* the current cycle's snapshot has been taken */
+    bool referenced;      /* taken_cycle is one */
 } snapshot_t;
 
 /* Starts with no cycle begun and none complete. Fails iff `joint_count` is not 1 to ROBOT_MAX_JOINTS. */
@@ -48,8 +48,12 @@ void snapshot_begin(snapshot_t *self, uint16_t cycle);
 snapshot_status_t snapshot_add(snapshot_t *self, uint32_t joint, uint8_t counter, num_t position, num_t velocity,
                                num_t torque);
 
-/* Every joint's reading of `cycle` is in; stays true until the next Sync. */
+/* Every joint's reading of `cycle` is in and nobody has taken it; a Sync or snapshot_take ends it. */
 bool snapshot_is_complete(const snapshot_t *self);
+
+/* Marks the complete snapshot as used and tells the cycles since the one taken before; 0: there is none to go on from.
+ * Precondition: snapshot_is_complete(). */
+uint32_t snapshot_take(snapshot_t *self);
 
 /* True if the state is one that the functions above can leave behind. Constant time. */
 bool snapshot_holds(const snapshot_t *self);
