@@ -1,18 +1,16 @@
 """One installation: its settings together with its robot and its wire, checked against each other."""
 
 import dataclasses
-import zlib
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
-import cantools
 import numpy as np
 import numpy.typing as npt
 
 from tauperp.config.block import MAX_JOINTS, Numeric, block_crc, block_dtype, observer_constants, pack
 from tauperp.config.settings import TASKS, Settings, TaskName
 from tauperp.errors import InputError
-from tauperp.files import dbc_path
+from tauperp.wire import Wire
 
 if TYPE_CHECKING:
     from tauperp.robot import Robot
@@ -24,30 +22,6 @@ _FORMATS = {"classic": 1, "fd": 2}
 
 # Dimensions that the task explains (columns of eqs. 7 and 20): an arm needs more joints for anything to be left over.
 _EXPLAINED = {"off": 0, "r": 0, "d_p": 5, "d_e": 6}
-
-
-@dataclasses.dataclass(frozen=True)
-class Wire:
-    """What the DBC decides: its identity, and the cycles after which an input is too old."""
-
-    crc: int  # CRC-32 of the file's bytes
-    timeout_cycles: dict[str, int]  # by message
-
-    @classmethod
-    def read(cls) -> "Wire":
-        """From dbc/tauperp.dbc. Raises InputError if it is missing or not a DBC file."""
-        path = dbc_path()
-        data = path.read_bytes()
-        try:
-            database = cantools.database.load_string(data.decode("utf-8"), "dbc")
-        except (cantools.Error, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: not a DBC file: {error}") from error
-        timeouts = {
-            message.name: int(message.dbc.attributes["TimeoutCycles"].value)
-            for message in database.messages
-            if message.dbc is not None and "TimeoutCycles" in message.dbc.attributes
-        }
-        return cls(zlib.crc32(data), timeouts)
 
 
 def is_blind(index: str, joints: int) -> bool:
@@ -128,10 +102,7 @@ class Configuration:
         if own is not None:
             return own
         message = {"sync": "Sync", "joint": "JointState1", "task": "TaskCommand"}[kind]
-        try:
-            return self.wire.timeout_cycles[message]
-        except KeyError:
-            raise InputError(f"{dbc_path()}: message {message} has no attribute TimeoutCycles") from None
+        return self.wire.message(message).timeout_cycles
 
     def block(self, numeric: Numeric = "float32") -> bytes:
         """The bytes of guard_config_t. Raises InputError for a number that its numeric type cannot hold."""

@@ -5,10 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tauperp.config.configuration import Configuration, Wire, is_blind
+from tauperp.config.configuration import Configuration, is_blind
 from tauperp.config.settings import TASKS, RobotChoice, Settings
 from tauperp.errors import InputError
 from tauperp.toml import read_toml, validate
+from tauperp.wire import Wire
 
 if TYPE_CHECKING:
     from tauperp.robot import Robot
