@@ -1,0 +1,28 @@
+"""The compiled C firmware in this process: its core on numpy arrays, and the whole guard in lockstep.
+
+    core = Core("panda")                        # the mathematics, one function at a time
+    core.terms(q, qd).gravity                   # (7,) Nm
+
+    guard = Guard(load_configuration("default", robot="panda").block())
+    guard.receive(frame, now_us)                # can.Message in
+    verdict = guard.tick(now_us)                # permission, indexes and can.Messages out
+
+Both call the shared library that `make library` builds; nothing of the mathematics exists twice.
+"""
+
+from tauperp.firmware.core import Core, Projection, Step, Terms
+from tauperp.firmware.guard import Guard, Reason, State, Verdict
+from tauperp.firmware.library import Library, load_library
+
+__all__ = [
+    "Core",
+    "Guard",
+    "Library",
+    "Projection",
+    "Reason",
+    "State",
+    "Step",
+    "Terms",
+    "Verdict",
+    "load_library",
+]

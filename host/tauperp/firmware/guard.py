@@ -1,0 +1,198 @@
+"""The whole guard: frames and time in, a verdict with its frames out, as a board would drive it."""
+
+import dataclasses
+import enum
+from typing import Any
+
+import can
+
+from tauperp.config import NUMERICS, Numeric
+from tauperp.errors import InputError
+from tauperp.firmware.library import FloatArray, load_library
+
+_DATA_LENGTH = 8  # CAN_FRAME_DATA_LENGTH
+_FD, _BRS, _EXTENDED, _REMOTE = 1, 2, 4, 8  # CAN_FRAME_*
+
+_NUMERIC_OFFSET = 16  # of the block's numeric field
+
+_REFUSALS = {
+    2: "not a configuration block",
+    3: "made for another version of the firmware; make it again with `tauperp config`",
+    4: "of another size than this firmware's",
+    5: "its CRC does not match: damaged on the way",
+    6: "made for the other numeric type",
+    7: "made for another DBC; make it again with `tauperp config`",
+    8: "its robot table does not hold",
+    9: "a period, deadline or budget is zero, or a deadline is below one period",
+    10: "a threshold or debounce is not positive, an index is unknown, or no task is configured",
+    11: "d_e of 6 joints or fewer is zero for every force: it would see nothing",
+    12: "d_p of 5 joints or fewer is zero for every force: it would see nothing",
+    13: "a decay of the observer is outside 0 to 1, or its gains do not belong to it",
+    14: "a tolerance or lever is not positive, or the basis is unknown",
+    15: "a stop category is above 2",
+}  # guard_status_t, from GUARD_BAD_MAGIC on
+_GUARD_OK = 1
+
+
+class State(enum.IntEnum):
+    """guard_state_t"""
+
+    UNINITIALISED = 0
+    SELF_TEST = 1
+    WAITING = 2
+    MONITORING = 3
+    STOPPED = 4
+    FAULT = 5
+
+
+class Reason(enum.IntEnum):
+    """guard_reason_t: why motion is not permitted"""
+
+    UNINITIALISED = 0
+    NONE = 1
+    SELF_TEST = 2
+    WAITING_SYNC = 3
+    WAITING_JOINT = 4
+    WAITING_TASK = 5
+    COLLISION = 6
+    SYNC_TIMEOUT = 7
+    JOINT_TIMEOUT = 8
+    TASK_TIMEOUT = 9
+    TASK_INVALID = 10
+    SENSOR_STATUS = 11
+    INPUT_RANGE = 12
+    TICK_LATE = 13
+    TICK_OVER_BUDGET = 14
+    CONFIG_CORRUPT = 15
+    STATE_CORRUPT = 16
+    SELF_TEST_FAILED = 17
+    STAGE_MISSED = 18
+    BUS_OFF = 19
+    BUS_DOWN = 20
+    RX_OVERFLOW = 21
+    SHUTDOWN = 22
+    TIME_BACKWARDS = 23
+    SATURATED = 24
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Verdict:
+    """What one tick decided (guard_output_t)."""
+
+    state: State
+    reason: Reason
+    permitted: bool
+    fresh: bool  # a new snapshot went through the stages on this tick
+    task: int  # in force, as on the wire
+    stop_category: int
+    joint: int  # 1 to n: of the trip or waited for; 0 none
+    trip_number: int  # of the last trip; 0 before the first
+    cycle: int  # of the newest Sync
+    value_nm: float  # the index of `joint` at the trip
+    threshold_nm: float
+    residual: FloatArray  # (n,) r of this tick, Nm
+    index: FloatArray  # (n,) the index in force, Nm
+    smallest_singular: float  # of the basis in force, Nm per N; 0 without one
+    rank: int
+    frames: list[can.Message]  # to be sent in this order
+
+
+class Guard:
+    """One guard of the C firmware, on one configuration block (`Configuration.block()`).
+
+    The caller is the board: it hands over every frame in the order of reception, ticks once a cycle, and sends the
+    verdict's frames. Time is any monotonic clock in microseconds. Not for more than one thread.
+
+    Raises InputError if the firmware refuses the block, with the firmware's reason.
+    """
+
+    def __init__(self, block: bytes) -> None:
+        library = load_library(_numeric_of(block))
+        self.library = library
+        self._lib = library.lib
+        self._config = library.load_block(block)  # the firmware keeps a pointer to it
+        self._guard = library.new("guard_t *")
+        self._frame = library.new("can_frame_t *")
+        self._frame_data = library.ffi.buffer(self._frame.data)
+        self._output = library.new("guard_output_t *")
+        self._residual = library.view(self._output.residual)
+        self._index = library.view(self._output.index)
+        self._scale = 1.0 if library.numeric == "float32" else 2.0**-22
+        self.n = int(self._config.robot.joint_count)
+        status = int(self._lib.guard_init(self._guard, self._config))
+        if status != _GUARD_OK:
+            raise InputError(f"configuration block: {_REFUSALS.get(status, f'refused with status {status}')}")
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """What the environment did wrong since the start, by the names of guard_counters_t."""
+        counters = self._guard.counters
+        return {name: int(getattr(counters, name)) for name, _ in self.library.ffi.typeof(counters).fields}
+
+    def receive(self, message: can.Message, now_us: int) -> None:
+        """Hand over one frame that was received. Error frames are no frames: a real board's controller eats them."""
+        if message.is_error_frame:
+            return
+        frame = self._frame
+        frame.id = message.arbitration_id
+        frame.length = len(message.data)
+        frame.flags = (
+            (_FD if message.is_fd else 0)
+            | (_BRS if message.bitrate_switch else 0)
+            | (_EXTENDED if message.is_extended_id else 0)
+            | (_REMOTE if message.is_remote_frame else 0)
+        )
+        self._frame_data[:] = bytes(message.data[:_DATA_LENGTH]).ljust(_DATA_LENGTH, b"\0")
+        self._lib.guard_receive(self._guard, frame, now_us)
+
+    def cycle_complete(self) -> bool:
+        """Every joint's reading of the newest Sync's cycle is in, and no tick has used it yet."""
+        return bool(self._lib.guard_cycle_complete(self._guard))
+
+    def tick(self, now_us: int) -> Verdict:
+        """Decide. Costs some 20 us in Python, of which the firmware takes a few."""
+        output, n, scale = self._output, self.n, self._scale
+        self._lib.guard_tick(self._guard, now_us, output)
+        return Verdict(
+            State(output.state),
+            Reason(output.reason),
+            output.permitted,
+            output.fresh,
+            output.task,
+            output.stop_category,
+            output.joint,
+            output.trip_number,
+            output.cycle,
+            output.value_nm * scale,
+            output.threshold_nm * scale,
+            self.library.from_num(self._residual[:n]),
+            self.library.from_num(self._index[:n]),
+            output.smallest_singular * scale,
+            output.rank,
+            [self._message(output.frame[i], now_us) for i in range(output.frame_count)],
+        )
+
+    def note_tick_time(self, tick_us: int) -> None:
+        """How long the tick just done took; over the budget is FAULT at the next tick."""
+        self._lib.guard_note_tick_time(self._guard, tick_us)
+
+    def trip(self, reason: Reason) -> None:
+        """Report a fault that only the board can see, such as Reason.BUS_OFF."""
+        self._lib.guard_trip(self._guard, int(reason))
+
+    def _message(self, frame: Any, now_us: int) -> can.Message:
+        flags = frame.flags
+        return can.Message(
+            timestamp=now_us * 1e-6,
+            arbitration_id=frame.id,
+            is_extended_id=bool(flags & _EXTENDED),
+            is_fd=bool(flags & _FD),
+            bitrate_switch=bool(flags & _BRS),
+            data=self.library.ffi.buffer(frame.data, frame.length)[:],
+        )
+
+
+def _numeric_of(block: bytes) -> Numeric:
+    """Which build the block was made for; a block that does not say goes to the float build, which refuses it."""
+    number = int.from_bytes(block[_NUMERIC_OFFSET : _NUMERIC_OFFSET + 4], "little")
+    return next((name for name, value in NUMERICS.items() if value == number), "float32")
