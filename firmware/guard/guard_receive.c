@@ -1,5 +1,6 @@
 #include "guard_parts.h"
 #include "messages.h"
+#include "scale.h"
 
 /* Where a frame goes wrong, the tick hears of it: the first fault since the last tick is the one that is reported. */
 static void fault(guard_t *self, guard_reason_t reason, uint32_t joint) {

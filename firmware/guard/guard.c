@@ -1,0 +1,376 @@
+#include "guard.h"
+
+#include "guard_parts.h"
+
+enum { STAGE_MOTION = 1u, STAGE_OBSERVER = 2u, STAGE_INDEX = 4u, STAGE_DETECTOR = 8u, STAGE_ALL = 15u };
+
+/* The inputs that have a deadline, in the order in which they are reported missing. */
+typedef enum { INPUT_NONE = 0, INPUT_SYNC = 1, INPUT_JOINTS = 2, INPUT_TASK = 3, INPUT_COUNT = 4 } input_t;
+
+static const guard_reason_t waiting_reason[INPUT_COUNT] = {GUARD_REASON_NONE, GUARD_REASON_WAITING_SYNC,
+                                                           GUARD_REASON_WAITING_JOINT, GUARD_REASON_WAITING_TASK};
+static const guard_reason_t timeout_reason[INPUT_COUNT] = {GUARD_REASON_NONE, GUARD_REASON_SYNC_TIMEOUT,
+                                                           GUARD_REASON_JOINT_TIMEOUT, GUARD_REASON_TASK_TIMEOUT};
+
+static bool ends_in_fault(guard_reason_t reason) {
+    return ((reason >= GUARD_REASON_TICK_LATE) && (reason <= GUARD_REASON_STAGE_MISSED)) ||
+           (reason == GUARD_REASON_TIME_BACKWARDS);
+}
+
+static bool told_by_board(guard_reason_t reason) {
+    return (reason >= GUARD_REASON_BUS_OFF) && (reason <= GUARD_REASON_SHUTDOWN);
+}
+
+static void enter(guard_t *self, guard_state_t state) {
+    self->state = (uint32_t)state;
+    self->state_inverted = ~(uint32_t)state;
+}
+
+static void trip(guard_t *self, guard_state_t state, guard_reason_t reason, uint32_t joint) {
+    self->trip = (guard_trip_t){.reason = (uint32_t)reason,
+                                .number = (self->trip.number == UINT8_MAX) ? 1u : (uint8_t)(self->trip.number + 1u),
+                                .joint = (uint8_t)joint};
+    if (reason == GUARD_REASON_COLLISION) {
+        self->trip.value_nm = self->detector.value_nm;
+        self->trip.threshold_nm = self->detector.threshold_nm;
+    }
+    self->healthy = false;
+    count(&self->counters.trips, 1u);
+    enter(self, state);
+}
+
+/* --- self-supervision --------------------------------------------------------------------------------------------- */
+
+static bool state_holds(const guard_t *self) {
+    bool holds = (self->state == ~self->state_inverted) && (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) &&
+                 (self->state <= (uint32_t)GUARD_STATE_FAULT) && snapshot_holds(&self->inputs.snapshot) &&
+                 e2e_transmitter_holds(&self->report.stop) && e2e_transmitter_holds(&self->report.status) &&
+                 e2e_transmitter_holds(&self->report.index) && (self->inputs.task_number < (uint8_t)TASK_COUNT);
+    for (uint32_t slot = 0; slot < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++slot) {
+        holds = holds && e2e_receiver_holds(&self->inputs.receiver[slot]);
+    }
+    return holds;
+}
+
+static bool from_the_future(const guard_input_t *input, uint64_t now_us) { return input->seen && (input->good_us > now_us); }
+
+static bool time_holds(const guard_t *self, uint64_t now_us) {
+    const guard_inputs_t *const inputs = &self->inputs;
+    return !(from_the_future(&inputs->sync, now_us) || from_the_future(&inputs->joints, now_us) ||
+             from_the_future(&inputs->task, now_us) || (self->ticked && (now_us < self->last_tick_us)));
+}
+
+/* GUARD_REASON_NONE, or why the guard cannot be trusted any more. */
+static guard_reason_t supervise(guard_t *self, uint64_t now_us) {
+    guard_reason_t reason = GUARD_REASON_NONE;
+    if (!state_holds(self)) {
+        reason = GUARD_REASON_STATE_CORRUPT;
+    } else if (!config_watch_step(&self->watch, self->config)) {
+        reason = GUARD_REASON_CONFIG_CORRUPT;
+    } else if (!time_holds(self, now_us)) {
+        reason = GUARD_REASON_TIME_BACKWARDS;
+    } else if (self->ticked && ((now_us - self->last_tick_us) > self->config->tick_deadline_us)) {
+        reason = GUARD_REASON_TICK_LATE;
+    } else if (self->over_budget) {
+        reason = GUARD_REASON_TICK_OVER_BUDGET;
+    } else if (ends_in_fault((guard_reason_t)self->inputs.fault)) {
+        reason = (guard_reason_t)self->inputs.fault;
+    } else {
+        /* everything holds */
+    }
+    self->ticked = true;
+    self->last_tick_us = now_us;
+    return reason;
+}
+
+/* --- one snapshot through the stages ------------------------------------------------------------------------------ */
+
+static void run_stages(guard_t *self) {
+    const guard_config_t *const config = self->config;
+    const robot_t *const robot = &config->robot;
+    snapshot_t *const snapshot = &self->inputs.snapshot;
+    const task_config_t *const task = &config->task[self->inputs.task_number];
+    const uint32_t gap = snapshot_take(snapshot);
+
+    motion_step(&self->motion, robot, snapshot->position, snapshot->velocity);
+    self->stages |= STAGE_MOTION;
+    observer_step(&self->observer, &config->observer, robot->joint_count, &self->motion, snapshot->torque, gap);
+    self->stages |= STAGE_OBSERVER;
+    if (self->inputs.task_number != (uint8_t)TASK_INVALID) {
+        index_step(&self->index, &config->subspace, (index_kind_t)task->index, robot, &self->motion, &self->observer,
+                   self->inputs.acceleration);
+        self->stages |= STAGE_INDEX;
+        detector_step(&self->detector, task, robot->joint_count, self->index.value);
+        self->stages |= STAGE_DETECTOR;
+    }
+}
+
+/* What the stages left behind is a result. */
+static bool results_hold(const guard_t *self) {
+    bool holds = (self->index.kind == (uint32_t)INDEX_OFF) || self->index.subspace.converged;
+    for (uint32_t i = 0; i < self->config->robot.joint_count; ++i) {
+        holds = holds && num_finite(self->observer.residual[i]) && num_finite(self->index.value[i]);
+    }
+    return holds;
+}
+
+/* Every stage ran that was due; without a task the last two are not. */
+static bool stages_hold(const guard_t *self) {
+    const bool with_task = self->inputs.task_number != (uint8_t)TASK_INVALID;
+    return self->stages == (with_task ? (uint32_t)STAGE_ALL : (uint32_t)(STAGE_MOTION | STAGE_OBSERVER));
+}
+
+static bool count_saturations(guard_t *self) {
+    const uint32_t sum = self->motion.saturations + self->observer.saturations + self->index.saturations +
+                         self->index.subspace.saturations;
+    const bool grew = sum != self->saturations;
+    self->saturations = sum;
+    return grew;
+}
+
+/* --- deadlines and states ----------------------------------------------------------------------------------------- */
+
+static bool in_time(guard_t *self, const guard_input_t *input, uint32_t deadline_us, uint64_t now_us) {
+    const uint64_t age_us = now_us - input->good_us;
+    if (!input->seen || (age_us > deadline_us)) {
+        return false;
+    }
+    const uint32_t margin_us = deadline_us - (uint32_t)age_us;
+    self->report.margin_us = (margin_us < self->report.margin_us) ? margin_us : self->report.margin_us;
+    return true;
+}
+
+/* The first input that is past its deadline, or has not come yet. Looks at all of them, for the margin. */
+static input_t missing_input(guard_t *self, uint64_t now_us) {
+    const guard_config_t *const config = self->config;
+    const bool sync = in_time(self, &self->inputs.sync, config->sync_deadline_us, now_us);
+    const bool joints = in_time(self, &self->inputs.joints, config->joint_deadline_us, now_us);
+    const bool task = in_time(self, &self->inputs.task, config->task_deadline_us, now_us);
+    if (!sync) {
+        return INPUT_SYNC;
+    }
+    if (!joints) {
+        return INPUT_JOINTS;
+    }
+    return task ? INPUT_NONE : INPUT_TASK;
+}
+
+/* The first joint, 1 to n, whose reading of the current cycle is not in; 0 if none is missing. */
+static uint32_t missing_joint(const snapshot_t *snapshot) {
+    const uint32_t missing = (uint32_t)snapshot->expected & ~(uint32_t)snapshot->received;
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
+        if ((missing & (1u << i)) != 0u) {
+            return i + 1u;
+        }
+    }
+    return 0;
+}
+
+static void while_monitoring(guard_t *self, input_t missing, bool saturated) {
+    if (self->inputs.fault != 0u) {
+        trip(self, GUARD_STATE_STOPPED, (guard_reason_t)self->inputs.fault, self->inputs.fault_joint);
+    } else if (missing != INPUT_NONE) {
+        const uint32_t joint = (missing == INPUT_JOINTS) ? missing_joint(&self->inputs.snapshot) : 0u;
+        trip(self, GUARD_STATE_STOPPED, timeout_reason[missing], joint);
+    } else if (saturated) {
+        trip(self, GUARD_STATE_STOPPED, GUARD_REASON_SATURATED, 0u);
+    } else if (self->detector.tripped) {
+        trip(self, GUARD_STATE_STOPPED, GUARD_REASON_COLLISION, self->detector.joint + 1u);
+    } else {
+        /* the permission goes on */
+    }
+}
+
+static void while_waiting(guard_t *self, input_t missing) {
+    const guard_reason_t fault = (guard_reason_t)self->inputs.fault;
+    const bool usable = (missing == INPUT_NONE) && (self->inputs.fault == 0u);
+    if (told_by_board(fault)) {
+        trip(self, GUARD_STATE_STOPPED, fault, 0u);
+    } else if (usable && self->detector.tripped) {
+        trip(self, GUARD_STATE_STOPPED, GUARD_REASON_COLLISION, self->detector.joint + 1u);
+    } else if (usable && (self->stages == STAGE_ALL) && !self->detector.any_above) {
+        enter(self, GUARD_STATE_MONITORING);
+    } else {
+        /* go on waiting */
+    }
+}
+
+/* True if the request of this tick, if any, ends the trip. */
+static bool reset_granted(const guard_t *self, uint64_t now_us) {
+    return self->inputs.edge && (self->inputs.requested_trip == self->trip.number) && self->healthy &&
+           ((now_us - self->healthy_since_us) >= self->config->reset_healthy_us);
+}
+
+static void while_stopped(guard_t *self, input_t missing, uint64_t now_us) {
+    const bool healthy = (missing == INPUT_NONE) && (self->inputs.fault == 0u) && !self->detector.any_above;
+    if (healthy && !self->healthy) {
+        self->healthy_since_us = now_us;
+    }
+    self->healthy = healthy;
+    if (reset_granted(self, now_us)) {
+        self->inputs.edge = false;
+        enter(self, GUARD_STATE_WAITING);
+        while_waiting(self, missing);
+    }
+}
+
+static input_t step(guard_t *self, uint64_t now_us) {
+    if (snapshot_is_complete(&self->inputs.snapshot)) {
+        run_stages(self);
+        if (!stages_hold(self)) {
+            trip(self, GUARD_STATE_FAULT, GUARD_REASON_STAGE_MISSED, 0u);
+        } else if (!results_hold(self)) {
+            trip(self, GUARD_STATE_FAULT, GUARD_REASON_STATE_CORRUPT, 0u);
+        } else {
+            /* the results may be used */
+        }
+    }
+    const bool saturated = count_saturations(self);
+    const input_t missing = missing_input(self, now_us);
+    switch ((guard_state_t)self->state) {
+    case GUARD_STATE_MONITORING:
+        while_monitoring(self, missing, saturated);
+        break;
+    case GUARD_STATE_WAITING:
+        while_waiting(self, missing);
+        break;
+    case GUARD_STATE_STOPPED:
+        while_stopped(self, missing, now_us);
+        break;
+    case GUARD_STATE_UNINITIALISED:
+    case GUARD_STATE_SELF_TEST:
+    case GUARD_STATE_FAULT:
+    default:
+        break;
+    }
+    return missing;
+}
+
+/* --- the verdict -------------------------------------------------------------------------------------------------- */
+
+static uint32_t category(const guard_t *self) {
+    const guard_config_t *const config = self->config;
+    if (self->state == (uint32_t)GUARD_STATE_FAULT) {
+        return config->stop_fault;
+    }
+    const bool collision = (self->state == (uint32_t)GUARD_STATE_MONITORING) ||
+                           ((self->state == (uint32_t)GUARD_STATE_STOPPED) &&
+                            (self->trip.reason == (uint32_t)GUARD_REASON_COLLISION));
+    return collision ? config->stop_collision : config->stop_input;
+}
+
+static void tell_reason(const guard_t *self, input_t missing, guard_output_t *out) {
+    switch ((guard_state_t)self->state) {
+    case GUARD_STATE_MONITORING:
+        out->reason = GUARD_REASON_NONE;
+        out->joint = (uint8_t)(self->detector.joint + 1u);
+        out->value_nm = self->detector.value_nm;
+        out->threshold_nm = self->detector.threshold_nm;
+        break;
+    case GUARD_STATE_STOPPED:
+    case GUARD_STATE_FAULT:
+        out->reason = (guard_reason_t)self->trip.reason;
+        out->joint = self->trip.joint;
+        out->value_nm = self->trip.value_nm;
+        out->threshold_nm = self->trip.threshold_nm;
+        break;
+    case GUARD_STATE_WAITING:
+        if (self->inputs.fault != 0u) {
+            out->reason = (guard_reason_t)self->inputs.fault;
+            out->joint = self->inputs.fault_joint;
+        } else {
+            out->reason = (missing == INPUT_NONE) ? GUARD_REASON_WAITING_JOINT : waiting_reason[missing];
+            out->joint = (uint8_t)((missing == INPUT_JOINTS) ? missing_joint(&self->inputs.snapshot) : 0u);
+        }
+        break;
+    case GUARD_STATE_SELF_TEST:
+        out->reason = GUARD_REASON_SELF_TEST;
+        break;
+    case GUARD_STATE_UNINITIALISED:
+    default:
+        out->reason = GUARD_REASON_UNINITIALISED;
+        break;
+    }
+}
+
+static void tell(const guard_t *self, input_t missing, guard_output_t *out) {
+    out->state = (guard_state_t)self->state;
+    out->permitted = self->state == (uint32_t)GUARD_STATE_MONITORING;
+    out->fresh = self->stages != 0u;
+    out->task = self->inputs.task_number;
+    out->stop_category = (uint8_t)category(self);
+    out->trip_number = self->trip.number;
+    out->cycle = self->inputs.snapshot.cycle;
+    out->smallest_singular = subspace_smallest(&self->index.subspace);
+    out->rank = self->index.subspace.rank;
+    for (uint32_t i = 0; i < self->config->robot.joint_count; ++i) {
+        out->residual[i] = self->observer.residual[i];
+        out->index[i] = self->index.value[i];
+    }
+    tell_reason(self, missing, out);
+}
+
+guard_status_t guard_init(guard_t *self, const guard_config_t *config) {
+    *self = (guard_t){.inputs = {.request = true}};
+    enter(self, GUARD_STATE_UNINITIALISED);
+    report_init(&self->report);
+    const guard_status_t status = config_check(config);
+    if (status != GUARD_OK) {
+        return status;
+    }
+    self->config = config;
+    (void)snapshot_init(&self->inputs.snapshot, config->robot.joint_count);
+    motion_init(&self->motion);
+    observer_init(&self->observer);
+    index_init(&self->index);
+    detector_init(&self->detector);
+    config_watch_start(&self->watch);
+    enter(self, GUARD_STATE_SELF_TEST);
+    return GUARD_OK;
+}
+
+void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out) {
+    *out = (guard_output_t){0};
+    if (self->config == 0) {
+        report_tick(self, out);
+        return;
+    }
+    input_t missing = INPUT_NONE;
+    self->stages = 0;
+    const guard_reason_t broken = supervise(self, now_us);
+    const bool in_fault = self->state == (uint32_t)GUARD_STATE_FAULT;
+    if (!in_fault && (broken != GUARD_REASON_NONE)) {
+        trip(self, GUARD_STATE_FAULT, broken, 0u);
+    } else if (self->state == (uint32_t)GUARD_STATE_SELF_TEST) {
+        if (self_test()) {
+            enter(self, GUARD_STATE_WAITING);
+        } else {
+            trip(self, GUARD_STATE_FAULT, GUARD_REASON_SELF_TEST_FAILED, 0u);
+        }
+        missing = missing_input(self, now_us);
+    } else if (!in_fault) {
+        missing = step(self, now_us);
+    } else {
+        /* FAULT ends with guard_init only */
+    }
+    if (self->inputs.edge) { /* one that was not granted */
+        count(&self->counters.resets_refused, 1u);
+    }
+    tell(self, missing, out);
+    self->inputs.edge = false;
+    self->inputs.fault = 0;
+    self->inputs.fault_joint = 0;
+    report_tick(self, out);
+}
+
+void guard_note_tick_time(guard_t *self, uint32_t tick_us) {
+    self->report.tick_time_us = tick_us;
+    self->report.worst_tick_time_us =
+        (tick_us > self->report.worst_tick_time_us) ? tick_us : self->report.worst_tick_time_us;
+    self->over_budget = self->over_budget || ((self->config != 0) && (tick_us > self->config->tick_budget_us));
+}
+
+void guard_trip(guard_t *self, guard_reason_t reason) {
+    self->inputs.fault = (uint32_t)reason; /* before any input fault of the same tick */
+    self->inputs.fault_joint = 0;
+}

@@ -1,0 +1,123 @@
+#include "guard_parts.h"
+#include "messages.h"
+#include "scale.h"
+#include "version.h"
+
+enum { PAGE_STATE = 0, PAGE_CHECKS, PAGE_READINGS, PAGE_TRIPS, PAGE_VERSIONS, PAGE_CONFIG, PAGE_TIMING, PAGE_COUNT };
+
+static uint16_t held16(uint32_t value) { return (value > UINT16_MAX) ? (uint16_t)UINT16_MAX : (uint16_t)value; }
+
+/* Telemetry is held at the ends of its range; what the guard decides on is never rounded. */
+static int16_t torque_raw(num_t value) {
+    return (int16_t)scale_to_raw(value, PROTOCOL_GUARD_INDEX_INDEX_SCALE, PROTOCOL_GUARD_INDEX_INDEX_RAW_MIN,
+                                 PROTOCOL_GUARD_INDEX_INDEX_RAW_MAX);
+}
+
+static can_frame_t *next_frame(const guard_t *guard, guard_output_t *out, uint32_t slot) {
+    can_frame_t *const frame = &out->frame[out->frame_count];
+    ++out->frame_count;
+    *frame = (can_frame_t){.id = protocol_transmit[slot].id, .length = protocol_transmit[slot].length};
+    if ((guard->config != 0) && (guard->config->format == (uint32_t)FORMAT_FD)) {
+        frame->flags = (uint8_t)(CAN_FRAME_FD | CAN_FRAME_BRS);
+    }
+    return frame;
+}
+
+static void seal(e2e_transmitter_t *transmitter, can_frame_t *frame, uint32_t slot) {
+    e2e_protect(transmitter, frame->data, frame->length, protocol_transmit[slot].data_ids);
+}
+
+static void stop_command(guard_t *guard, guard_output_t *out) {
+    can_frame_t *const frame = next_frame(guard, out, PROTOCOL_TRANSMIT_STOP_COMMAND);
+    struct tauperp_stop_command_t message = {0};
+    const uint8_t permission = out->permitted ? TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE
+                                              : TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE;
+    message.permission = permission;
+    message.permission_inverted = (uint8_t)(~permission & 0x0Fu);
+    message.stop_category = out->stop_category;
+    message.cycle = (uint8_t)(out->cycle & 0x0Fu);
+    message.reason = (uint8_t)out->reason;
+    message.joint = out->joint;
+    message.trip_number = out->trip_number;
+    message.index_value = torque_raw(out->value_nm);
+    (void)tauperp_stop_command_pack(frame->data, &message, sizeof(frame->data));
+    seal(&guard->report.stop, frame, PROTOCOL_TRANSMIT_STOP_COMMAND);
+}
+
+static uint16_t singular_raw(num_t value) {
+    return (uint16_t)scale_to_raw(value, PROTOCOL_GUARD_STATUS_SMALLEST_SINGULAR_SCALE,
+                                  PROTOCOL_GUARD_STATUS_SMALLEST_SINGULAR_RAW_MIN,
+                                  PROTOCOL_GUARD_STATUS_SMALLEST_SINGULAR_RAW_MAX);
+}
+
+/* Fields that belong to another page are not packed: the generated code writes those of `page` only. */
+static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_guard_status_t *message) {
+    const guard_counters_t *const counters = &guard->counters;
+    message->state = (uint8_t)out->state;
+    message->task = out->task;
+    message->reason = (uint8_t)out->reason;
+    message->smallest_singular = singular_raw(out->smallest_singular);
+    message->tick_time = held16(guard->report.tick_time_us);
+    message->crc_errors = counters->crc_errors;
+    message->sequence_errors = counters->sequence_errors;
+    message->lost_frames = counters->lost_frames;
+    message->range_errors = counters->range_errors;
+    message->format_errors = counters->format_errors;
+    message->late_frames = counters->late_frames;
+    message->resets_refused = counters->resets_refused;
+    message->trip_count = counters->trips;
+    message->saturations = held16(guard->saturations);
+    message->firmware_version = (uint16_t)((TAUPERP_VERSION_MAJOR << 8) | TAUPERP_VERSION_MINOR);
+    message->wire_version = PROTOCOL_WIRE_VERSION;
+    message->numeric = (uint8_t)NUM_NUMERIC;
+    message->worst_tick_time = held16(guard->report.worst_tick_time_us);
+    message->deadline_margin = held16(guard->report.margin_us);
+    message->config_schema = (uint8_t)CONFIG_SCHEMA;
+    if (guard->config != 0) {
+        message->config_crc = guard->config->crc;
+        message->robot_joints = (uint8_t)guard->config->robot.joint_count;
+        message->format = (uint8_t)guard->config->format;
+    }
+    if (message->page == (uint8_t)PAGE_TIMING) {
+        guard->report.margin_us = UINT32_MAX;
+    }
+}
+
+static void status(guard_t *guard, guard_output_t *out, uint32_t page) {
+    can_frame_t *const frame = next_frame(guard, out, PROTOCOL_TRANSMIT_GUARD_STATUS);
+    struct tauperp_guard_status_t message = {0};
+    message.page = (uint8_t)page;
+    fill_page(guard, out, &message);
+    (void)tauperp_guard_status_pack(frame->data, &message, sizeof(frame->data));
+    seal(&guard->report.status, frame, PROTOCOL_TRANSMIT_GUARD_STATUS);
+}
+
+static void joint_index(guard_t *guard, guard_output_t *out, uint32_t joint) {
+    can_frame_t *const frame = next_frame(guard, out, PROTOCOL_TRANSMIT_GUARD_INDEX);
+    struct tauperp_guard_index_t message = {0};
+    message.joint = (uint8_t)joint;
+    message.residual = torque_raw(out->residual[joint]);
+    message.index = torque_raw(out->index[joint]);
+    message.threshold = (uint16_t)scale_to_raw(
+        guard->config->task[out->task].threshold_nm[joint], PROTOCOL_GUARD_INDEX_THRESHOLD_SCALE,
+        PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MIN, PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MAX);
+    (void)tauperp_guard_index_pack(frame->data, &message, sizeof(frame->data));
+    seal(&guard->report.index, frame, PROTOCOL_TRANSMIT_GUARD_INDEX);
+}
+
+void report_init(guard_report_t *self) { *self = (guard_report_t){.margin_us = UINT32_MAX}; }
+
+/* StopCommand with every tick, then by turns a page of GuardStatus and a joint of GuardIndex. */
+void report_tick(guard_t *guard, guard_output_t *out) {
+    guard_report_t *const self = &guard->report;
+    out->frame_count = 0;
+    stop_command(guard, out);
+    const uint32_t joints = (guard->config == 0) ? 0u : guard->config->robot.joint_count;
+    if ((joints == 0u) || ((self->turn % 2u) == 0u)) {
+        status(guard, out, (self->turn / 2u) % (uint32_t)PAGE_COUNT);
+    } else {
+        joint_index(guard, out, (self->turn / 2u) % joints);
+    }
+    /* Common multiple of twice the pages and twice any number of joints, so that no turn is cut short. */
+    self->turn = (self->turn + 1u) % (2u * (uint32_t)PAGE_COUNT * 840u);
+}
