@@ -5,7 +5,7 @@ LIBRARY_SOURCES = $(FIRMWARE_SOURCES) $(wildcard firmware/boards/library/*.c)
 INCLUDES := $(ROOMS:%=-Ifirmware/%)
 
 # No contraction: every target computes the same bits.
-CFLAGS_ALL := -std=c11 -ffp-contract=off $(INCLUDES) -MMD -MP
+CFLAGS_ALL := -std=c11 -ffp-contract=off -fno-math-errno $(INCLUDES) -MMD -MP
 STRICT := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror
 # messages.c is cantools' code, never edited: the strict warnings are for ours.
 GENERATED := firmware/wire/messages.c
