@@ -1,6 +1,8 @@
 #include "detector.h"
 
-void detector_init(detector_t *self) { *self = (detector_t){0}; }
+void detector_init(detector_t *self) {
+    *self = (detector_t){0};
+}
 
 void detector_step(detector_t *self, const task_config_t *task, uint32_t joints, const num_t value[]) {
     self->tripped = false;

@@ -4,7 +4,9 @@
 
 enum { LINEAR = 0, ANGULAR = 3 }; /* first rows of the Jacobian's two halves */
 
-void index_init(index_t *self) { *self = (index_t){0}; }
+void index_init(index_t *self) {
+    *self = (index_t){0};
+}
 
 /* The part of v across gravity, in the unit of v. */
 static vec3_t across_gravity(vec3_t v, vec3_t gravity, uint32_t *saturations) {

@@ -23,12 +23,12 @@
 #include "subspace.h"
 
 typedef struct {
-    num_t value[ROBOT_MAX_JOINTS];                          /* the index in force */
-    num_t fading[ROBOT_MAX_JOINTS];                         /* what earlier tasks explained, decaying */
-    num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];   /* the basis as it was projected on */
-    num_t weight;                                           /* of the filtered basis: 0 at a change of task, then towards 1 */
+    num_t value[ROBOT_MAX_JOINTS];                        /* the index in force */
+    num_t fading[ROBOT_MAX_JOINTS];                       /* what earlier tasks explained, decaying */
+    num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS]; /* the basis as it was projected on */
+    num_t weight; /* of the filtered basis: 0 at a change of task, then towards 1 */
     subspace_t subspace;
-    uint32_t kind;                                          /* index_kind_t of the last step, INDEX_OFF before it */
+    uint32_t kind; /* index_kind_t of the last step, INDEX_OFF before it */
     uint32_t saturations;
 } index_t;
 

@@ -105,8 +105,8 @@ static void backward(motion_t *self, const robot_t *robot, const link_t links[])
         angular.x += num_narrow(num_wide(joint->inertia_xx, w.x) + num_wide(joint->inertia_xy, w.y) +
                                     num_wide(joint->inertia_xz, w.z) + num_wide(hy, v.z),
                                 sat);
-        angular.y += num_narrow(num_wide(joint->inertia_xy, w.x) + num_wide(joint->inertia_yz, w.z) - num_wide(hx, v.z),
-                                sat);
+        angular.y +=
+            num_narrow(num_wide(joint->inertia_xy, w.x) + num_wide(joint->inertia_yz, w.z) - num_wide(hx, v.z), sat);
         angular.z += num_narrow(num_wide(joint->inertia_xz, w.x) + num_wide(joint->inertia_yz, w.y) +
                                     num_wide(joint->inertia_zz, w.z) + num_wide(hx, v.y) - num_wide(hy, v.x),
                                 sat);
@@ -126,7 +126,9 @@ static void backward(motion_t *self, const robot_t *robot, const link_t links[])
     }
 }
 
-void motion_init(motion_t *self) { *self = (motion_t){0}; }
+void motion_init(motion_t *self) {
+    *self = (motion_t){0};
+}
 
 void motion_step(motion_t *self, const robot_t *robot, const num_t q[], const num_t qd[]) {
     link_t links[ROBOT_MAX_JOINTS];

@@ -41,9 +41,15 @@ typedef num_sincos_t num_rotation_t;
 #include "num_float.h"
 #endif
 
-static inline num_t num_abs(num_t a) { return (a < NUM(0)) ? -a : a; }
-static inline num_t num_min(num_t a, num_t b) { return (b < a) ? b : a; }
-static inline num_t num_max(num_t a, num_t b) { return (b > a) ? b : a; }
+static inline num_t num_abs(num_t a) {
+    return (a < NUM(0)) ? -a : a;
+}
+static inline num_t num_min(num_t a, num_t b) {
+    return (b < a) ? b : a;
+}
+static inline num_t num_max(num_t a, num_t b) {
+    return (b > a) ? b : a;
+}
 
 #endif
 #endif

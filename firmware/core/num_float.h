@@ -5,12 +5,18 @@
  * |angle| <= 32 rad (measured over the whole range by tests/unit/test_num.c); larger angles lose accuracy in
  * proportion and never more than the value range of -1.0001 to 1.0001 while the argument is finite.
  */
-#define NUM(x) ((num_t)(x))
+#define NUM(x)      ((num_t)(x))
 #define NUM_NUMERIC 1u
 
-static inline num_t num_from_int(int32_t a) { return (num_t)a; }
-static inline num_wide_t num_wide(num_t a, num_t b) { return a * b; }
-static inline num_wide_t num_widen(num_t a) { return a; }
+static inline num_t num_from_int(int32_t a) {
+    return (num_t)a;
+}
+static inline num_wide_t num_wide(num_t a, num_t b) {
+    return a * b;
+}
+static inline num_wide_t num_widen(num_t a) {
+    return a;
+}
 
 static inline num_t num_narrow(num_wide_t a, uint32_t *saturations) {
     (void)saturations;
@@ -27,10 +33,14 @@ static inline num_t num_div(num_t a, num_t b, uint32_t *saturations) {
     return a / b;
 }
 
-static inline num_t num_root(num_wide_t square) { return __builtin_sqrtf(square); }
+static inline num_t num_root(num_wide_t square) {
+    return __builtin_sqrtf(square);
+}
 
 /* False for NaN and infinity: both are what they are by an exponent of all ones. */
-static inline bool num_finite(num_t a) { return (a - a) == 0.0f; }
+static inline bool num_finite(num_t a) {
+    return (a - a) == 0.0f;
+}
 
 /* Whether two columns count as orthogonal: their inner product is below 1e-6 of their lengths, or one of them is
  * noise beside the longest column (below 3e-7 of its length), so that its direction means nothing. */

@@ -1,6 +1,8 @@
 #include "observer.h"
 
-void observer_init(observer_t *self) { *self = (observer_t){0}; }
+void observer_init(observer_t *self) {
+    *self = (observer_t){0};
+}
 
 static void remember(observer_t *self, uint32_t joint, const motion_t *motion, num_t torque) {
     self->momentum[joint] = motion->momentum[joint];

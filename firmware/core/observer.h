@@ -20,7 +20,7 @@ typedef struct {
     num_t momentum[ROBOT_MAX_JOINTS]; /* of the last sample */
     num_t drift[ROBOT_MAX_JOINTS];    /* C^T qd - g of the last sample */
     num_t torque[ROBOT_MAX_JOINTS];
-    num_t decay;                      /* a of the last step: what is left of anything filtered along with r */
+    num_t decay; /* a of the last step: what is left of anything filtered along with r */
     uint32_t saturations;
     bool started;
 } observer_t;

@@ -17,7 +17,7 @@
 
 #include "num.h"
 
-#define ROBOT_MAX_JOINTS 8u
+#define ROBOT_MAX_JOINTS  8u
 #define ROBOT_NAME_LENGTH 16u
 
 typedef struct {
@@ -25,11 +25,11 @@ typedef struct {
 } vec3_t;
 
 typedef struct {
-    vec3_t offset;    /* origin of this frame in the parent frame */
-    num_t cos_twist;  /* of the angle about the parent's x that carries the parent's z onto this joint's axis */
+    vec3_t offset;   /* origin of this frame in the parent frame */
+    num_t cos_twist; /* of the angle about the parent's x that carries the parent's z onto this joint's axis */
     num_t sin_twist;
-    num_t zero_rad;   /* added to the joint's reading */
-    num_t moment_x;   /* first moment of mass about the frame's origin, in this frame; the z component is the parent's */
+    num_t zero_rad; /* added to the joint's reading */
+    num_t moment_x; /* first moment of mass about the frame's origin, in this frame; the z component is the parent's */
     num_t moment_y;
     num_t inertia_xx; /* inertia about the frame's origin, in this frame, with yy given to the parent */
     num_t inertia_xy;
@@ -45,9 +45,9 @@ typedef struct {
 typedef struct {
     char name[ROBOT_NAME_LENGTH]; /* NUL-padded, not necessarily NUL-terminated */
     uint32_t joint_count;
-    num_t base[3][3];             /* rotation: columns are frame 0's axes at q_0 + zero = 0, in the base frame */
-    vec3_t gravity;               /* acceleration of gravity in the base frame, m/s^2; (0, 0, -9.81) upright */
-    vec3_t tip;                   /* end-effector point in the last link's frame */
+    num_t base[3][3]; /* rotation: columns are frame 0's axes at q_0 + zero = 0, in the base frame */
+    vec3_t gravity;   /* acceleration of gravity in the base frame, m/s^2; (0, 0, -9.81) upright */
+    vec3_t tip;       /* end-effector point in the last link's frame */
     robot_joint_t joint[ROBOT_MAX_JOINTS]; /* entries from joint_count on are zero */
 } robot_t;
 

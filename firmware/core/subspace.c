@@ -6,7 +6,9 @@ typedef struct {
     num_wide_t square[SUBSPACE_MAX_COLUMNS]; /* squared length of each row */
 } triangle_t;
 
-void subspace_init(subspace_t *self) { *self = (subspace_t){0}; }
+void subspace_init(subspace_t *self) {
+    *self = (subspace_t){0};
+}
 
 /* x <- (I - 2 u u^T) x for the reflector u, which is zero before row `from`. */
 static inline void reflect(const num_t u[], uint32_t from, uint32_t n, num_t x[], uint32_t *saturations) {

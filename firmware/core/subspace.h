@@ -16,14 +16,14 @@
 #include "robot.h"
 
 #define SUBSPACE_MAX_COLUMNS 6u
-#define SUBSPACE_MAX_SWEEPS 6u
-#define SUBSPACE_PAIRS ((SUBSPACE_MAX_COLUMNS * (SUBSPACE_MAX_COLUMNS - 1u)) / 2u)
+#define SUBSPACE_MAX_SWEEPS  6u
+#define SUBSPACE_PAIRS       ((SUBSPACE_MAX_COLUMNS * (SUBSPACE_MAX_COLUMNS - 1u)) / 2u)
 
 typedef struct {
-    num_t reflector[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS]; /* unit vectors, zero before their own row */
+    num_t reflector[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];  /* unit vectors, zero before their own row */
     num_rotation_t turn[SUBSPACE_MAX_SWEEPS][SUBSPACE_PAIRS]; /* Jacobi's rotations, in their order */
-    num_t singular[SUBSPACE_MAX_COLUMNS]; /* min(n, k) values, in no order */
-    bool explained[SUBSPACE_MAX_COLUMNS]; /* singular value above the tolerance */
+    num_t singular[SUBSPACE_MAX_COLUMNS];                     /* min(n, k) values, in no order */
+    bool explained[SUBSPACE_MAX_COLUMNS];                     /* singular value above the tolerance */
     bool converged;
     uint32_t rows;       /* n */
     uint32_t directions; /* min(n, k) */

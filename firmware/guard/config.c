@@ -45,8 +45,8 @@ static bool timing_holds(const guard_config_t *config) {
 }
 
 static bool observer_holds(const observer_config_t *observer) {
-    bool holds = (observer->torque_sample == (uint32_t)TORQUE_INTERVAL) ||
-                 (observer->torque_sample == (uint32_t)TORQUE_INSTANT);
+    bool holds =
+        (observer->torque_sample == (uint32_t)TORQUE_INTERVAL) || (observer->torque_sample == (uint32_t)TORQUE_INSTANT);
     for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
         const num_t sum = observer->decay[g] + observer->gain[g];
         holds = holds && (observer->decay[g] > NUM(0)) && (observer->gain[g] > NUM(0)) && (sum > NUM(0.99999)) &&
@@ -56,10 +56,10 @@ static bool observer_holds(const observer_config_t *observer) {
 }
 
 static bool subspace_holds(const subspace_config_t *subspace) {
-    const bool basis = (subspace->basis == (uint32_t)BASIS_INSTANTANEOUS) ||
-                       (subspace->basis == (uint32_t)BASIS_FILTERED);
-    return basis && (subspace->tolerance > NUM(0)) && num_finite(subspace->tolerance) &&
-           (subspace->lever_m > NUM(0)) && num_finite(subspace->lever_m);
+    const bool basis =
+        (subspace->basis == (uint32_t)BASIS_INSTANTANEOUS) || (subspace->basis == (uint32_t)BASIS_FILTERED);
+    return basis && (subspace->tolerance > NUM(0)) && num_finite(subspace->tolerance) && (subspace->lever_m > NUM(0)) &&
+           num_finite(subspace->lever_m);
 }
 
 static bool stop_holds(const guard_config_t *config) {
@@ -120,7 +120,9 @@ guard_status_t config_check(const guard_config_t *config) {
     return status;
 }
 
-void config_watch_start(config_watch_t *self) { *self = (config_watch_t){.offset = COVERED, .crc = CRC32_START}; }
+void config_watch_start(config_watch_t *self) {
+    *self = (config_watch_t){.offset = COVERED, .crc = CRC32_START};
+}
 
 bool config_watch_step(config_watch_t *self, const guard_config_t *config) {
     if ((self->offset < COVERED) || (self->offset >= sizeof(*config))) {

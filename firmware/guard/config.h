@@ -10,43 +10,46 @@
 
 #include "robot.h"
 
-#define CONFIG_MAGIC 0x50524554u /* "TERP" */
-#define CONFIG_SCHEMA 1u
+#define CONFIG_MAGIC   0x50524554u /* "TERP" */
+#define CONFIG_SCHEMA  1u
 #define CONFIG_MAX_GAP 4u /* cycles that one observer step may bridge */
 
 /* What the torque is projected on; the wire's task numbers (1 none, 2 payload, 3 contact) pick one each. */
 typedef enum {
-    INDEX_OFF = 0,     /* the task is not configured here: asking for it is an invalid task */
+    INDEX_OFF = 0,      /* the task is not configured here: asking for it is an invalid task */
     INDEX_RESIDUAL = 1, /* r itself */
-    INDEX_PAYLOAD = 2, /* d_p: what no payload at the end-effector explains (eq. 14) */
-    INDEX_CONTACT = 3  /* d_e: what no wrench at the end-effector explains (eq. 20) */
+    INDEX_PAYLOAD = 2,  /* d_p: what no payload at the end-effector explains (eq. 14) */
+    INDEX_CONTACT = 3   /* d_e: what no wrench at the end-effector explains (eq. 20) */
 } index_kind_t;
 
-typedef enum { BASIS_INSTANTANEOUS = 1, BASIS_FILTERED = 2 } basis_kind_t;   /* filtered by the observer's low-pass */
-typedef enum { TORQUE_INTERVAL = 1, TORQUE_INSTANT = 2 } torque_sample_t; /* mean since the last Sync, or sampled at it */
+typedef enum { BASIS_INSTANTANEOUS = 1, BASIS_FILTERED = 2 } basis_kind_t; /* filtered by the observer's low-pass */
+typedef enum {
+    TORQUE_INTERVAL = 1,
+    TORQUE_INSTANT = 2
+} torque_sample_t; /* mean since the last Sync, or sampled at it */
 typedef enum { FORMAT_CLASSIC = 1, FORMAT_FD = 2 } wire_format_t;
 typedef enum { NUMERIC_FLOAT32 = 1, NUMERIC_Q9_22 = 2 } numeric_t;
 
 enum { TASK_INVALID = 0, TASK_NONE = 1, TASK_PAYLOAD = 2, TASK_CONTACT = 3, TASK_COUNT = 4 };
 
 typedef struct {
-    uint32_t index;                          /* index_kind_t */
-    uint32_t debounce_ticks;                 /* consecutive ticks above the threshold that make a trip, at least 1 */
-    num_t threshold_nm[ROBOT_MAX_JOINTS];    /* positive */
+    uint32_t index;                       /* index_kind_t */
+    uint32_t debounce_ticks;              /* consecutive ticks above the threshold that make a trip, at least 1 */
+    num_t threshold_nm[ROBOT_MAX_JOINTS]; /* positive */
 } task_config_t;
 
 /* Constants of the discretised observer for a step that bridges 1 to CONFIG_MAX_GAP cycles, K the gain in 1/s. */
 typedef struct {
-    num_t decay[CONFIG_MAX_GAP];        /* a = exp(-K g T), g = 1, 2, ... */
-    num_t gain[CONFIG_MAX_GAP];         /* 1 - a */
+    num_t decay[CONFIG_MAX_GAP];         /* a = exp(-K g T), g = 1, 2, ... */
+    num_t gain[CONFIG_MAX_GAP];          /* 1 - a */
     num_t momentum_gain[CONFIG_MAX_GAP]; /* (1 - a) / (g T), 1/s */
-    uint32_t torque_sample;             /* torque_sample_t */
+    uint32_t torque_sample;              /* torque_sample_t */
 } observer_config_t;
 
 typedef struct {
-    uint32_t basis;    /* basis_kind_t */
-    num_t tolerance;   /* Nm per N: directions of force that move no joint by more count as unexplained */
-    num_t lever_m;     /* a moment counts as a force on this lever, so that the tolerance has one unit */
+    uint32_t basis;  /* basis_kind_t */
+    num_t tolerance; /* Nm per N: directions of force that move no joint by more count as unexplained */
+    num_t lever_m;   /* a moment counts as a force on this lever, so that the tolerance has one unit */
 } subspace_config_t;
 
 typedef struct {
@@ -61,10 +64,10 @@ typedef struct {
     uint32_t sync_deadline_us;  /* age of the newest good input at which motion ends */
     uint32_t joint_deadline_us; /* of the newest complete joint snapshot */
     uint32_t task_deadline_us;
-    uint32_t tick_deadline_us;  /* largest distance of two ticks; beyond is FAULT */
-    uint32_t tick_budget_us;    /* longest a tick may take, as the board measures it; beyond is FAULT */
-    uint32_t reset_healthy_us;  /* every input good and the index below its thresholds for so long before a reset */
-    uint32_t stop_collision;    /* stop categories of IEC 60204-1: 0, 1, 2 */
+    uint32_t tick_deadline_us; /* largest distance of two ticks; beyond is FAULT */
+    uint32_t tick_budget_us;   /* longest a tick may take, as the board measures it; beyond is FAULT */
+    uint32_t reset_healthy_us; /* every input good and the index below its thresholds for so long before a reset */
+    uint32_t stop_collision;   /* stop categories of IEC 60204-1: 0, 1, 2 */
     uint32_t stop_input;
     uint32_t stop_fault;
     observer_config_t observer;
@@ -77,8 +80,8 @@ typedef struct {
 typedef enum {
     GUARD_STATUS_NONE = 0,
     GUARD_OK = 1,
-    GUARD_BAD_MAGIC = 2,   /* not a configuration block */
-    GUARD_BAD_SCHEMA = 3,  /* made for another version of the firmware */
+    GUARD_BAD_MAGIC = 2,  /* not a configuration block */
+    GUARD_BAD_SCHEMA = 3, /* made for another version of the firmware */
     GUARD_BAD_SIZE = 4,
     GUARD_BAD_CRC = 5,
     GUARD_BAD_NUMERIC = 6, /* made for the other numeric type */
@@ -88,9 +91,9 @@ typedef enum {
     GUARD_BAD_TASK = 10,   /* a threshold or debounce that is not positive, an unknown index, no task configured */
     GUARD_CONTACT_NEEDS_7_JOINTS = 11, /* d_e of 6 joints or fewer is zero for every force: it would see nothing */
     GUARD_PAYLOAD_NEEDS_6_JOINTS = 12, /* d_p of 5 joints or fewer likewise */
-    GUARD_BAD_OBSERVER = 13, /* a decay outside 0 to 1, or a gain that does not belong to it */
-    GUARD_BAD_SUBSPACE = 14, /* a tolerance or lever that is not positive, an unknown basis */
-    GUARD_BAD_STOP = 15      /* a stop category above 2 */
+    GUARD_BAD_OBSERVER = 13,           /* a decay outside 0 to 1, or a gain that does not belong to it */
+    GUARD_BAD_SUBSPACE = 14,           /* a tolerance or lever that is not positive, an unknown basis */
+    GUARD_BAD_STOP = 15                /* a stop category above 2 */
 } guard_status_t;
 
 #define CONFIG_CONTACT_MIN_JOINTS 7u

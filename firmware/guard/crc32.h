@@ -12,6 +12,8 @@
 
 uint32_t crc32_fold(uint32_t state, const uint8_t *data, uint32_t length);
 
-static inline uint32_t crc32_finish(uint32_t state) { return state ^ 0xFFFFFFFFu; }
+static inline uint32_t crc32_finish(uint32_t state) {
+    return state ^ 0xFFFFFFFFu;
+}
 
 #endif

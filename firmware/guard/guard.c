@@ -52,7 +52,9 @@ static bool state_holds(const guard_t *self) {
     return holds;
 }
 
-static bool from_the_future(const guard_input_t *input, uint64_t now_us) { return input->seen && (input->good_us > now_us); }
+static bool from_the_future(const guard_input_t *input, uint64_t now_us) {
+    return input->seen && (input->good_us > now_us);
+}
 
 static bool time_holds(const guard_t *self, uint64_t now_us) {
     const guard_inputs_t *const inputs = &self->inputs;
@@ -253,9 +255,9 @@ static uint32_t category(const guard_t *self) {
     if (self->state == (uint32_t)GUARD_STATE_FAULT) {
         return config->stop_fault;
     }
-    const bool collision = (self->state == (uint32_t)GUARD_STATE_MONITORING) ||
-                           ((self->state == (uint32_t)GUARD_STATE_STOPPED) &&
-                            (self->trip.reason == (uint32_t)GUARD_REASON_COLLISION));
+    const bool collision =
+        (self->state == (uint32_t)GUARD_STATE_MONITORING) ||
+        ((self->state == (uint32_t)GUARD_STATE_STOPPED) && (self->trip.reason == (uint32_t)GUARD_REASON_COLLISION));
     return collision ? config->stop_collision : config->stop_input;
 }
 

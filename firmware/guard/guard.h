@@ -60,18 +60,18 @@ typedef enum {
     GUARD_REASON_TASK_INVALID = 10,
     GUARD_REASON_SENSOR_STATUS = 11,
     GUARD_REASON_INPUT_RANGE = 12,
-    GUARD_REASON_TICK_LATE = 13,        /* from here to 18: FAULT */
+    GUARD_REASON_TICK_LATE = 13, /* from here to 18: FAULT */
     GUARD_REASON_TICK_OVER_BUDGET = 14,
     GUARD_REASON_CONFIG_CORRUPT = 15,
     GUARD_REASON_STATE_CORRUPT = 16,
     GUARD_REASON_SELF_TEST_FAILED = 17,
     GUARD_REASON_STAGE_MISSED = 18,
-    GUARD_REASON_BUS_OFF = 19,          /* from here to 22: told by the board through guard_trip */
+    GUARD_REASON_BUS_OFF = 19, /* from here to 22: told by the board through guard_trip */
     GUARD_REASON_BUS_DOWN = 20,
     GUARD_REASON_RX_OVERFLOW = 21,
     GUARD_REASON_SHUTDOWN = 22,
-    GUARD_REASON_TIME_BACKWARDS = 23,   /* FAULT */
-    GUARD_REASON_SATURATED = 24         /* a fixed-point result did not fit: STOPPED */
+    GUARD_REASON_TIME_BACKWARDS = 23, /* FAULT */
+    GUARD_REASON_SATURATED = 24       /* a fixed-point result did not fit: STOPPED */
 } guard_reason_t;
 
 /* What the environment did wrong since guard_init. Each saturates at its maximum. */
@@ -79,9 +79,9 @@ typedef struct {
     uint16_t crc_errors;
     uint16_t sequence_errors; /* repeated, backwards, or too far ahead */
     uint16_t lost_frames;
-    uint16_t range_errors;    /* out of range, not available, or a sensor status other than OK */
-    uint16_t format_errors;   /* unknown id, wrong length, wrong format */
-    uint16_t late_frames;     /* readings of another cycle, and second readings of one */
+    uint16_t range_errors;  /* out of range, not available, or a sensor status other than OK */
+    uint16_t format_errors; /* unknown id, wrong length, wrong format */
+    uint16_t late_frames;   /* readings of another cycle, and second readings of one */
     uint16_t resets_refused;
     uint16_t trips;
 } guard_counters_t;
@@ -90,13 +90,13 @@ typedef struct {
     guard_state_t state;
     guard_reason_t reason;
     bool permitted;
-    bool fresh;             /* a new snapshot went through the stages on this tick */
-    uint8_t task;           /* in force */
-    uint8_t stop_category;  /* IEC 60204-1, of the stop in force, or the one that a stop would have */
-    uint8_t joint;          /* 1 to n: of the trip or waited for; 0 none */
-    uint8_t trip_number;    /* of the last trip; 0 before the first */
-    uint16_t cycle;         /* of the newest Sync */
-    num_t value_nm;         /* the index of `joint` at the trip */
+    bool fresh;            /* a new snapshot went through the stages on this tick */
+    uint8_t task;          /* in force */
+    uint8_t stop_category; /* IEC 60204-1, of the stop in force, or the one that a stop would have */
+    uint8_t joint;         /* 1 to n: of the trip or waited for; 0 none */
+    uint8_t trip_number;   /* of the last trip; 0 before the first */
+    uint16_t cycle;        /* of the newest Sync */
+    num_t value_nm;        /* the index of `joint` at the trip */
     num_t threshold_nm;
     num_t residual[ROBOT_MAX_JOINTS]; /* r of this tick */
     num_t index[ROBOT_MAX_JOINTS];    /* the index in force of this tick */
@@ -141,7 +141,7 @@ typedef struct {
     uint32_t turn;         /* of the pages of GuardStatus and the joints of GuardIndex */
     uint32_t tick_time_us; /* of the tick before, as the board measured it; held at 65535 */
     uint32_t worst_tick_time_us;
-    uint32_t margin_us;    /* smallest time left to any deadline since the page that says so */
+    uint32_t margin_us; /* smallest time left to any deadline since the page that says so */
 } guard_report_t;
 
 typedef struct {
@@ -153,14 +153,14 @@ typedef struct {
     observer_t observer;
     index_t index;
     detector_t detector;
-    uint32_t stages;         /* bit per stage that ran in this tick */
+    uint32_t stages; /* bit per stage that ran in this tick */
     guard_trip_t trip;
     uint64_t last_tick_us;
     uint64_t healthy_since_us;
     bool healthy;
     bool ticked;
     bool over_budget;
-    uint32_t saturations;    /* as of the last tick */
+    uint32_t saturations; /* as of the last tick */
     config_watch_t watch;
     guard_counters_t counters;
     guard_report_t report;
@@ -177,7 +177,8 @@ bool guard_cycle_complete(const guard_t *self);
 
 void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out);
 
-/* How long the tick just done took, microseconds, by the board's clock. Over tick_budget_us is FAULT at the next tick. */
+/* How long the tick just done took, microseconds, by the board's clock. Over tick_budget_us is FAULT at the next tick.
+ */
 void guard_note_tick_time(guard_t *self, uint32_t tick_us);
 
 /* A fault that only the board can see: latches STOPPED at the next tick, or FAULT if the reason is one of FAULT's. */

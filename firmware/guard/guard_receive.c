@@ -11,9 +11,13 @@ static void fault(guard_t *self, guard_reason_t reason, uint32_t joint) {
     }
 }
 
-static void good(guard_input_t *input, uint64_t now_us) { *input = (guard_input_t){.good_us = now_us, .seen = true}; }
+static void good(guard_input_t *input, uint64_t now_us) {
+    *input = (guard_input_t){.good_us = now_us, .seen = true};
+}
 
-static bool within(int32_t raw, int32_t min, int32_t max) { return (raw >= min) && (raw <= max); }
+static bool within(int32_t raw, int32_t min, int32_t max) {
+    return (raw >= min) && (raw <= max);
+}
 
 static void receive_sync(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
     struct tauperp_sync_t message;
@@ -99,8 +103,8 @@ static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     const protocol_receive_t *const entry = &protocol_receive[slot];
     const uint8_t format = (self->config->format == (uint32_t)FORMAT_FD) ? (uint8_t)CAN_FRAME_FD : 0u;
     const uint8_t flags = (uint8_t)(frame->flags & (uint8_t)~CAN_FRAME_BRS);
-    const bool of_robot = (entry->kind != (uint8_t)PROTOCOL_KIND_JOINT_STATE) ||
-                          (entry->joint < self->config->robot.joint_count);
+    const bool of_robot =
+        (entry->kind != (uint8_t)PROTOCOL_KIND_JOINT_STATE) || (entry->joint < self->config->robot.joint_count);
     if ((frame->length != entry->length) || (flags != format) || !of_robot) {
         count(&self->counters.format_errors, 1u);
         return false;

@@ -5,7 +5,9 @@
 
 enum { PAGE_STATE = 0, PAGE_CHECKS, PAGE_READINGS, PAGE_TRIPS, PAGE_VERSIONS, PAGE_CONFIG, PAGE_TIMING, PAGE_COUNT };
 
-static uint16_t held16(uint32_t value) { return (value > UINT16_MAX) ? (uint16_t)UINT16_MAX : (uint16_t)value; }
+static uint16_t held16(uint32_t value) {
+    return (value > UINT16_MAX) ? (uint16_t)UINT16_MAX : (uint16_t)value;
+}
 
 /* Telemetry is held at the ends of its range; what the guard decides on is never rounded. */
 static int16_t torque_raw(num_t value) {
@@ -30,8 +32,8 @@ static void seal(e2e_transmitter_t *transmitter, can_frame_t *frame, uint32_t sl
 static void stop_command(guard_t *guard, guard_output_t *out) {
     can_frame_t *const frame = next_frame(guard, out, PROTOCOL_TRANSMIT_STOP_COMMAND);
     struct tauperp_stop_command_t message = {0};
-    const uint8_t permission = out->permitted ? TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE
-                                              : TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE;
+    const uint8_t permission =
+        out->permitted ? TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE : TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE;
     message.permission = permission;
     message.permission_inverted = (uint8_t)(~permission & 0x0Fu);
     message.stop_category = out->stop_category;
@@ -98,14 +100,16 @@ static void joint_index(guard_t *guard, guard_output_t *out, uint32_t joint) {
     message.joint = (uint8_t)joint;
     message.residual = torque_raw(out->residual[joint]);
     message.index = torque_raw(out->index[joint]);
-    message.threshold = (uint16_t)scale_to_raw(
-        guard->config->task[out->task].threshold_nm[joint], PROTOCOL_GUARD_INDEX_THRESHOLD_SCALE,
-        PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MIN, PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MAX);
+    message.threshold =
+        (uint16_t)scale_to_raw(guard->config->task[out->task].threshold_nm[joint], PROTOCOL_GUARD_INDEX_THRESHOLD_SCALE,
+                               PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MIN, PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MAX);
     (void)tauperp_guard_index_pack(frame->data, &message, sizeof(frame->data));
     seal(&guard->report.index, frame, PROTOCOL_TRANSMIT_GUARD_INDEX);
 }
 
-void report_init(guard_report_t *self) { *self = (guard_report_t){.margin_us = UINT32_MAX}; }
+void report_init(guard_report_t *self) {
+    *self = (guard_report_t){.margin_us = UINT32_MAX};
+}
 
 /* StopCommand with every tick, then by turns a page of GuardStatus and a joint of GuardIndex. */
 void report_tick(guard_t *guard, guard_output_t *out) {

@@ -23,7 +23,9 @@ static bool e2e_answers(void) {
     return first && refused && (e2e_check(&receiver, frame, sizeof(frame), ids, max_delta) == E2E_OK);
 }
 
-static bool near(num_t a, num_t b) { return num_abs(a - b) < NUM(1e-4); }
+static bool near(num_t a, num_t b) {
+    return num_abs(a - b) < NUM(1e-4);
+}
 
 /* A = [e1 + e2, e2 - e1] / 4 and tau = (1, 2, 3): both directions explained, only e3 is left; with the tolerance above
  * both singular values (0.3536) nothing is. */
@@ -43,4 +45,6 @@ static bool projection_answers(void) {
            near(left[2], NUM(3));
 }
 
-bool self_test(void) { return crc32_answers() && e2e_answers() && projection_answers(); }
+bool self_test(void) {
+    return crc32_answers() && e2e_answers() && projection_answers();
+}

@@ -1,11 +1,9 @@
 """Capsules for links whose file has none: good enough to be struck in a simulation, never for planning."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from .model import Capsule
-from .spatial import Array
+from tauperp.robot.model import Capsule
+from tauperp.robot.spatial import Array
 
 DENSITY_KG_M3 = 1500.0  # of a light arm's link with its drive
 RADIUS_M = (0.03, 0.08)

@@ -1,9 +1,8 @@
-"""A table compared with other readers: Pinocchio on our robot, and on the file itself Pinocchio (URDF) or MuJoCo (MJCF).
+"""A table compared with other readers of the robot.
 
-The first finds errors in the table, the second in our reading of the file.
+Pinocchio on our own numbers finds errors in the table. Pinocchio (URDF) or MuJoCo (MJCF) on the file itself finds
+errors in our reading of it.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError
-from .model import Robot, Source
-from .spatial import Array
-from .table import RobotTable
-from .walk import Terms, walk
+from tauperp.errors import InputError
+from tauperp.robot.model import Robot, Source
+from tauperp.robot.spatial import Array
+from tauperp.robot.table import RobotTable
+from tauperp.robot.walk import Terms, walk
 
 TOLERANCE = 1e-9
 QUANTITIES = {"momentum": "kg m^2/s", "coriolis": "Nm", "gravity": "Nm", "jacobian": "m"}
@@ -136,7 +135,7 @@ def mjcf_reader(robot: Robot, source: Source) -> Reader:
     """Terms of the file's chain from MuJoCo, every other joint at qpos0."""
     import mujoco
 
-    from .mjcf import compile_mjcf
+    from tauperp.robot.mjcf import compile_mjcf
 
     model = compile_mjcf(source.path)
     data = mujoco.MjData(model)

@@ -1,7 +1,5 @@
 """Robots by shipped name or by file."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from .model import Robot, Source
-from .spatial import Array, rotation_rpy
+from tauperp.errors import InputError
+from tauperp.robot.model import Robot, Source
+from tauperp.robot.spatial import Array, rotation_rpy
 
 MODELS = Path(__file__).parent / "models"
 
@@ -40,7 +38,7 @@ def load(
     mounting = rotation_rpy(*_three_numbers(base_rpy, "base-rpy"))
     path = _find(name_or_path)
     if path.suffix == ".toml":
-        from .descriptor import read_descriptor
+        from tauperp.robot.descriptor import read_descriptor
 
         if base is not None or tip is not None:
             raise InputError(f"robot '{path.stem}' is one chain: it has no other base or tip")
@@ -49,17 +47,19 @@ def load(
 
     root = _parse(path)
     if root.tag == "robot":
-        from .urdf import read_urdf
+        from tauperp.robot.urdf import read_urdf
 
         tree, kind = read_urdf(path, root), "urdf"
     elif root.tag == "mujoco":
-        from .mjcf import read_mjcf
+        from tauperp.robot.mjcf import read_mjcf
 
         tree, kind = read_mjcf(path), "mjcf"
     else:
         raise InputError(f"{path}: <{root.tag}> is neither URDF (<robot>) nor MJCF (<mujoco>)")
     robot, base_link, tip_link = tree.chain(base=base, tip=tip, tool=offset, mounting=mounting)
-    return replace(robot, source=Source(path, kind, base_link, tip_link, offset, mounting), note=f"read from {path.name}")
+    return replace(
+        robot, source=Source(path, kind, base_link, tip_link, offset, mounting), note=f"read from {path.name}"
+    )
 
 
 def _three_numbers(values: Sequence[float] | Array | None, what: str) -> Array:

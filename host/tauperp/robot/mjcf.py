@@ -4,17 +4,15 @@ Of a body with an explicit inertia the geoms add nothing, so meshes are not need
 the velocity limit of a joint, is taken from `<custom><numeric name="velocity_max:JOINT" data="rad/s"/></custom>`.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from ..errors import InputError
-from .model import DEFAULT_POSITION_RAD, DEFAULT_TORQUE_NM, DEFAULT_VELOCITY_RAD_S, Capsule
-from .spatial import Array, Body, Pose, rotation_about, rotation_quaternion
-from .tree import REVOLUTE, Tree, TreeJoint, TreeLink
+from tauperp.errors import InputError
+from tauperp.robot.model import DEFAULT_POSITION_RAD, DEFAULT_TORQUE_NM, DEFAULT_VELOCITY_RAD_S, Capsule
+from tauperp.robot.spatial import Array, Body, Pose, rotation_about, rotation_quaternion
+from tauperp.robot.tree import REVOLUTE, Tree, TreeJoint, TreeLink
 
 KINDS = {
     int(mujoco.mjtJoint.mjJNT_HINGE): REVOLUTE,

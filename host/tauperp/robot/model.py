@@ -1,17 +1,15 @@
 """A serial arm of revolute joints as plain numbers: what every reader makes and every user of a robot takes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .spatial import Array
+from tauperp.robot.spatial import Array
 
 if TYPE_CHECKING:
-    from .table import RobotTable
+    from tauperp.robot.table import RobotTable
 
 GRAVITY_M_S2 = 9.81
 MAX_JOINTS = 8
@@ -87,8 +85,8 @@ class Robot:
         steps = [joint.origin_position for joint in self.joints[2:]] + [self.tip]
         return float(sum(np.linalg.norm(step) for step in steps))
 
-    def table(self) -> RobotTable:
+    def table(self) -> "RobotTable":
         """The firmware's table of this robot (firmware/core/robot.h)."""
-        from .table import make_table
+        from tauperp.robot.table import make_table
 
         return make_table(self)

@@ -1,7 +1,5 @@
 """Rigid placements and rigid-body inertia, in float64 numpy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -64,7 +62,7 @@ class Pose:
     rotation: Array = field(default_factory=lambda: np.eye(3))
     position: Array = field(default_factory=lambda: np.zeros(3))
 
-    def __matmul__(self, other: Pose) -> Pose:
+    def __matmul__(self, other: "Pose") -> "Pose":
         return Pose(self.rotation @ other.rotation, self.rotation @ other.position + self.position)
 
     def point(self, p: Array) -> Array:
@@ -79,7 +77,7 @@ class Body:
     com: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
-    def moved(self, pose: Pose) -> Body:
+    def moved(self, pose: Pose) -> "Body":
         """The same body in the parent frame of `pose`."""
         return Body(self.mass, pose.point(self.com), pose.rotation @ self.inertia @ pose.rotation.T)
 

@@ -2,21 +2,19 @@
 
 Frames: z on the joint axis, origin where the file has it (the common normals of strict Denavit-Hartenberg frames run
 away when axes are nearly parallel), and x such that the next axis is reached by a turn about x alone. The rotation
-between two z-aligned frames is Rz(a) Rx(twist) Rz(b); a goes into the parent's `zero`, b into this joint's.
+between two z-aligned frames is Rz(a) Rx(twist) Rz(b); a turns the parent's frame, what is left of b is this joint's `zero`.
 
 Inertial parameters: from the tip to the base every link hands a rod on its joint axis to its parent (Gautier and
 Khalil 1990): mass m, first moment m z and inertia diag(l, l, 0) about the frame's origin, with l its inertia yy. Such a
 rod cannot tell whether it turns with the joint. What is left of each link are seven numbers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 
-from .model import Robot
-from .spatial import Array, Body, rotation_onto, rotation_x, rotation_z
+from tauperp.robot.model import Robot
+from tauperp.robot.spatial import Array, Body, rotation_onto, rotation_x, rotation_z
 
 # Only what rounding leaves of a right angle or a zero is snapped: a twist that a file gives with ten digits stays as
 # the file has it, because the table is held to 1e-9 against other readers of the same file.
@@ -65,12 +63,12 @@ def make_table(robot: Robot) -> RobotTable:
     rotation = [before[i].T @ robot.joints[i].origin_rotation @ align[i] for i in range(n)]
     offset = [before[i].T @ robot.joints[i].origin_position for i in range(n)]
 
-    # Frame i of the table is that frame turned about its z by turn[i], so that the next twist is about x.
-    angles = [_zxz(rotation[i]) for i in range(1, n)]
-    turn = [a for a, _, _ in angles] + [0.0]
+    # Frame i of the table is that frame turned about its z by turn[i], so that the next twist is about x. From the tip,
+    # because what the base's rotation takes up is free.
+    turn, twist, zero = [0.0] * n, [0.0] * n, [0.0] * n
+    for i in reversed(range(1, n)):
+        turn[i - 1], twist[i], zero[i] = _turn_twist_zero(rotation[i], turn[i])
     base = _clean(rotation[0] @ rotation_z(turn[0]))
-    twist = [0.0] + [t for _, t, _ in angles]
-    zero = [0.0] + [_wrapped(angles[i - 1][2] + turn[i]) for i in range(1, n)]
     offset = [np.zeros(3)] + [_clean(rotation_z(-turn[i - 1]) @ offset[i]) for i in range(1, n)]
     to_table = [(align[i] @ rotation_z(turn[i])).T for i in range(n)]  # from the robot's joint frames
 
@@ -131,20 +129,24 @@ def _minimal_parameters(
     return moment, inertia
 
 
-def _zxz(rotation: Array) -> tuple[float, float, float]:
-    """Angles (a, twist, b) with rotation = Rz(a) Rx(twist) Rz(b), a within a quarter turn, 0 for parallel axes."""
+def _turn_twist_zero(rotation: Array, turn: float) -> tuple[float, float, float]:
+    """The parent's turn a, the twist and this joint's zero, with Rz(a) Rx(twist) Rz(zero) = rotation Rz(turn).
+
+    Of the solutions the one with the zero within a quarter turn, so that adding it to a reading costs few bits; parallel
+    axes leave it free, and it is 0.
+    """
+    rotation = rotation @ rotation_z(turn)
     sine = float(np.hypot(rotation[0, 2], rotation[1, 2]))
     if sine < SNAP:
-        same = 1.0 if rotation[2, 2] > 0.0 else -1.0
-        return 0.0, 0.0 if same > 0.0 else np.pi, float(np.arctan2(same * rotation[1, 0], rotation[0, 0]))
-    # Third column: (sin a sin t, -cos a sin t, cos t); third row: (sin t sin b, sin t cos b, cos t).
+        return _wrapped(np.arctan2(rotation[1, 0], rotation[0, 0])), 0.0 if rotation[2, 2] > 0.0 else np.pi, 0.0
+    # Third column: (sin a sin t, -cos a sin t, cos t); third row: (sin t sin zero, sin t cos zero, cos t).
     twist = float(np.arctan2(sine, rotation[2, 2]))
     a = float(np.arctan2(rotation[0, 2], -rotation[1, 2]))
-    b = float(np.arctan2(rotation[2, 0], rotation[2, 1]))
-    # (a + pi, -t, b + pi) is the same rotation: the one with the smaller a, decided clear of rounding at +-pi/2.
-    if not -np.pi / 2 + 1e-6 < a <= np.pi / 2 + 1e-6:
-        a, twist, b = _wrapped(a + np.pi), -twist, b + np.pi
-    return _snapped(a), twist, _wrapped(b)
+    zero = float(np.arctan2(rotation[2, 0], rotation[2, 1]))
+    # (a + pi, -twist, zero + pi) is the same rotation. Decided clear of rounding at a quarter turn.
+    if not -np.pi / 2 + 1e-6 < zero <= np.pi / 2 + 1e-6:
+        a, twist, zero = a + np.pi, -twist, zero + np.pi
+    return _wrapped(a), twist, _wrapped(zero)
 
 
 def _wrapped(angle: float) -> float:

@@ -4,16 +4,14 @@ Links joined by fixed joints are merged. Joints off the chain are locked where t
 qpos0) and their links merged too, so a hand's fingers or a second arm cost nothing but their mass.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import InputError
-from .capsules import automatic_capsule, volume
-from .model import (
+from tauperp.errors import InputError
+from tauperp.robot.capsules import automatic_capsule, volume
+from tauperp.robot.model import (
     DEFAULT_POSITION_RAD,
     DEFAULT_TORQUE_NM,
     DEFAULT_VELOCITY_RAD_S,
@@ -22,7 +20,7 @@ from .model import (
     Joint,
     Robot,
 )
-from .spatial import Array, Body, Pose, merged
+from tauperp.robot.spatial import Array, Body, Pose, merged
 
 # Files round inertias: six decimals of kg m^2, or three to four digits. What that can break of positivity and of the
 # triangle inequality is accepted; 1e-6 kg m^2 at 10 rad/s^2 is 1e-5 Nm, a thousandth of the wire's torque step.
@@ -262,7 +260,8 @@ def _refuse_joint(joint: TreeJoint) -> None:
         raise InputError(f"joint '{joint.name}' has a zero axis")
     if not joint.position_min < joint.position_max:
         raise InputError(
-            f"joint '{joint.name}': lower limit {joint.position_min:g} rad is not below upper {joint.position_max:g} rad"
+            f"joint '{joint.name}': lower limit {joint.position_min:g} rad is not below upper limit "
+            f"{joint.position_max:g} rad"
         )
     for value, what in ((joint.velocity_max, "velocity limit"), (joint.torque_max, "effort limit")):
         if not value > 0.0:

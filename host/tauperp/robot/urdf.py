@@ -1,17 +1,15 @@
 """URDF as a tree of links. Meshes, visuals, transmissions and everything else that has no mass is not looked at."""
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from .model import DEFAULT_POSITION_RAD, DEFAULT_TORQUE_NM, DEFAULT_VELOCITY_RAD_S, GRAVITY_M_S2, Capsule
-from .spatial import Array, Body, Pose, rotation_rpy
-from .tree import FIXED, REVOLUTE, Tree, TreeJoint, TreeLink
+from tauperp.errors import InputError
+from tauperp.robot.model import DEFAULT_POSITION_RAD, DEFAULT_TORQUE_NM, DEFAULT_VELOCITY_RAD_S, GRAVITY_M_S2, Capsule
+from tauperp.robot.spatial import Array, Body, Pose, rotation_rpy
+from tauperp.robot.tree import FIXED, REVOLUTE, Tree, TreeJoint, TreeLink
 
 KINDS = {"revolute": REVOLUTE, "continuous": REVOLUTE, "fixed": FIXED}
 OTHER_KINDS = ("prismatic", "floating", "planar", "spherical")

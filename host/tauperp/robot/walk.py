@@ -3,14 +3,12 @@
 The same steps as firmware/core/motion.c and in the same frames; every vector of link i is in frame i of the table.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 
-from .spatial import Z_AXIS, Array, rotation_z
-from .table import RobotTable
+from tauperp.robot.spatial import Z_AXIS, Array, rotation_z
+from tauperp.robot.table import RobotTable
 
 
 @dataclass(frozen=True, eq=False)

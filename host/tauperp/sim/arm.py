@@ -102,6 +102,12 @@ class Arm:
         self.time_s = 0.0
         mujoco.mj_forward(self.model, self.data)
 
+    def stand(self) -> JointSample:
+        """The sample of an arm at rest where it is now: its torque carries its own weight."""
+        n, data = self.n, self.data
+        mujoco.mj_forward(self.model, data)
+        return JointSample(data.qpos[:n].copy(), np.zeros(n), data.qfrc_bias[:n].copy())
+
     def attach(self, payload: Payload | None) -> None:
         """Grasp `payload`, or let go with None, between two cycles. Velocities stay: it moves with the tip already."""
         body = self._payload
