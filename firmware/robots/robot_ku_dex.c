@@ -6,7 +6,12 @@
 const robot_t robot_ku_dex = {
     .name = "ku_dex",
     .joint_count = 7u,
-    .base = {{NUM(1.0), NUM(0.0), NUM(0.0)}, {NUM(0.0), NUM(1.0), NUM(0.0)}, {NUM(0.0), NUM(0.0), NUM(1.0)}},
+    .base =
+        {
+            {NUM(1.0), NUM(0.0), NUM(0.0)},
+            {NUM(0.0), NUM(1.0), NUM(0.0)},
+            {NUM(0.0), NUM(0.0), NUM(1.0)},
+        },
     .gravity = {NUM(0.0), NUM(0.0), NUM(-9.81)},
     .tip = {NUM(0.0), NUM(0.0), NUM(0.1)},
     .joint =

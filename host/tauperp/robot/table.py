@@ -2,7 +2,7 @@
 
 Frames: z on the joint axis, origin where the file has it (the common normals of strict Denavit-Hartenberg frames run
 away when axes are nearly parallel), and x such that the next axis is reached by a turn about x alone. The rotation
-between two z-aligned frames is Rz(a) Rx(twist) Rz(b); a turns the parent's frame, what is left of b is this joint's `zero`.
+between two z-aligned frames is Rz(a) Rx(twist) Rz(b): a turns the parent's frame, b is left as this joint's `zero`.
 
 Inertial parameters: from the tip to the base every link hands a rod on its joint axis to its parent (Gautier and
 Khalil 1990): mass m, first moment m z and inertia diag(l, l, 0) about the frame's origin, with l its inertia yy. Such a
@@ -132,8 +132,8 @@ def _minimal_parameters(
 def _turn_twist_zero(rotation: Array, turn: float) -> tuple[float, float, float]:
     """The parent's turn a, the twist and this joint's zero, with Rz(a) Rx(twist) Rz(zero) = rotation Rz(turn).
 
-    Of the solutions the one with the zero within a quarter turn, so that adding it to a reading costs few bits; parallel
-    axes leave it free, and it is 0.
+    Of the solutions the one with the zero within a quarter turn, so that adding it to a reading costs few bits.
+    Parallel axes leave it free: it is 0.
     """
     rotation = rotation @ rotation_z(turn)
     sine = float(np.hypot(rotation[0, 2], rotation[1, 2]))
