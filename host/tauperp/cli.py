@@ -21,6 +21,7 @@ from tauperp import __version__
 from tauperp.errors import InputError
 
 COMMANDS = {
+    "robot": "make a robot table for the firmware from a URDF or MJCF file",
     "config": "make the guard's configuration block from a TOML file",
 }
 

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import types
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,7 @@ def command(monkeypatch: pytest.MonkeyPatch) -> types.SimpleNamespace:
     return ghost
 
 
-def raising(error: BaseException):
+def raising(error: BaseException) -> Callable[[argparse.Namespace], int]:
     def run(args: argparse.Namespace) -> int:
         raise error
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from tauperp.busload import worst_case_load
 from tauperp.config.block import MAX_JOINTS, Numeric, block_crc, block_dtype, observer_constants, pack
 from tauperp.config.settings import TASKS, Settings, TaskName
 from tauperp.errors import InputError
@@ -19,6 +20,8 @@ _INDEXES = {"off": 0, "r": 1, "d_p": 2, "d_e": 3}
 _BASES = {"instantaneous": 1, "filtered": 2}
 _TORQUE_SAMPLES = {"interval": 1, "instant": 2}
 _FORMATS = {"classic": 1, "fd": 2}
+
+_LOAD_LIMIT = 0.9  # of the bus at worst; above, a burst of errors has no room left to be repeated in
 
 # Dimensions that the task explains (columns of eqs. 7 and 20): an arm needs more joints for anything to be left over.
 _EXPLAINED = {"off": 0, "r": 0, "d_p": 5, "d_e": 6}
@@ -47,6 +50,9 @@ class Configuration:
             self._refuse("robot", f"{self.robot.name} has {n} joints, the firmware holds {MAX_JOINTS}")
         if settings.observer.gain_per_s * self.period_us * 1e-6 >= 1:
             self._refuse("observer.gain_per_s", f"gain times period must be below 1 at {settings.wire.rate_hz:g} Hz")
+        load = worst_case_load(self.wire, joints=n, rate_hz=settings.wire.rate_hz, fd=settings.wire.format == "fd")
+        if load > _LOAD_LIMIT:
+            self._refuse("wire.rate_hz", f"{n} joints would fill the {settings.wire.format} bus to {load:.0%}")
         if self.tick_budget_us > self.period_us:
             self._refuse("deadline.tick_budget_us", f"longer than the period of {self.period_us} us")
         if settings.reset.healthy_ms * 1000 < self.period_us:

@@ -1,0 +1,191 @@
+"""From a TOML file to a checked configuration: what is taken, what is refused, and how that is said."""
+
+import dataclasses
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauperp import cli, robot
+from tauperp.config import TASKS, load_configuration, preset_names
+from tauperp.errors import InputError
+from tauperp.wire import Wire
+
+
+def arm(joints: int) -> robot.Robot:
+    """The shipped arm, cut off after so many joints."""
+    whole = robot.load("ku_dex")
+    return dataclasses.replace(whole, joints=whole.joints[:joints], capsules=whole.capsules[:joints])
+
+
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    def write(text: str, name: str = "cell.toml") -> Path:
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def refusal(path: Path) -> str:
+    """What `tauperp` says about the file, without the path in front."""
+    with pytest.raises(InputError) as error:
+        load_configuration(path)
+    message = str(error.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_every_shipped_preset_makes_a_block(name: str) -> None:
+    assert len(load_configuration(name, robot="ku_dex").block()) > 0
+
+
+def test_the_paper_preset_has_the_papers_numbers() -> None:
+    paper = load_configuration("paper", robot="ku_dex")
+    assert paper.settings.observer.gain_per_s == 50
+    assert paper.settings.subspace.basis == "instantaneous"
+    assert [paper.settings.task[task].index for task in TASKS] == ["r", "d_p", "d_e"]
+    assert paper.threshold_nm("payload").tolist() == [2.0] * 7
+
+
+def test_a_file_says_only_what_differs_from_its_preset(write: Write) -> None:
+    path = write('robot = "ku_dex"\npreset = "paper"\n[task.payload]\nthreshold_nm = [1, 2, 3, 4, 5, 6, 7]\n')
+    configuration = load_configuration(path)
+    assert configuration.threshold_nm("payload").tolist() == [1, 2, 3, 4, 5, 6, 7]
+    assert configuration.settings.task.payload.debounce_ticks == 1
+    assert configuration.settings.subspace.basis == "instantaneous"
+
+
+def test_without_a_preset_the_default_one_fills_in(write: Write) -> None:
+    own = load_configuration(write('robot = "ku_dex"'))
+    assert own.block() == load_configuration("default", robot="ku_dex").block()
+
+
+def test_overrides_win_over_the_file(write: Write) -> None:
+    path = write('robot = "ku_dex"\n[wire]\nrate_hz = 500\nformat = "classic"\n')
+    configuration = load_configuration(path, overrides={"wire": {"rate_hz": 250}})
+    assert configuration.period_us == 4000
+    assert configuration.settings.wire.format == "classic"
+
+
+def test_a_given_robot_wins_over_the_file(write: Write) -> None:
+    assert load_configuration(write('robot = "nonsense"'), robot=arm(6)).robot.n == 6
+
+
+def test_a_model_beside_the_file_is_found_from_anywhere(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = robot.load("ku_dex").source
+    assert source is not None
+    path = write('robot = "arm.xml"')
+    write(source.path.read_text(), "arm.xml")
+    monkeypatch.chdir("/")
+    assert load_configuration(path).robot.n == 7
+
+
+@pytest.mark.parametrize(("joints", "indexes"), [(6, ["r", "d_p", "off"]), (5, ["r", "off", "off"])])
+def test_presets_turn_off_what_an_arm_with_few_joints_could_not_see(joints: int, indexes: list[str]) -> None:
+    configuration = load_configuration("default", robot=arm(joints))
+    assert [configuration.settings.task[task].index for task in TASKS] == indexes
+
+
+@pytest.mark.parametrize(("joints", "task", "index"), [(6, "contact", "d_e"), (5, "payload", "d_p")])
+def test_asking_for_an_index_that_would_see_nothing_is_refused(
+    write: Write, joints: int, task: str, index: str
+) -> None:
+    with pytest.raises(InputError, match=rf"task\.{task}\.index: {index} explains . directions.*see nothing"):
+        load_configuration(write(f'[task.{task}]\nindex = "{index}"'), robot=arm(joints))
+
+
+def test_deadlines_come_from_the_dbc_unless_the_file_says_otherwise(write: Write) -> None:
+    wire = Wire.read()
+    configuration = load_configuration(write('robot = "ku_dex"\n[deadline]\nsync_cycles = 2\n'))
+    assert configuration.timeout_cycles("sync") == 2
+    assert configuration.timeout_cycles("joint") == wire.message("JointState1").timeout_cycles
+    assert configuration.timeout_cycles("task") == wire.message("TaskCommand").timeout_cycles
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[task.payload]\ntreshold_nm = 1', "task.payload.treshold_nm: unknown key (did you mean 'threshold_nm'?)"),
+        ('speed = 1', "speed: unknown key"),
+        ('preset = "papre"', "preset: there is no preset 'papre'"),
+        ('[task.none]\nthreshold_nm = -1', "task.none.threshold_nm.0: should be greater than 0, not -1"),
+        ('[task.none]\nthreshold_nm = [1, 2]', "task.none.threshold_nm: 2 values for the 7 joints"),
+        ('[task.none]\nthreshold_nm = []', "task.none.threshold_nm: 0 values for the 7 joints"),
+        ('[task.none]\nthreshold_nm = nan', "task.none.threshold_nm.0: should be"),
+        ('[task.none]\nthreshold_nm = true', "task.none.threshold_nm: should be a valid list"),
+        ('[task.none]\nthreshold_nm = 300', "task.none.threshold_nm: 300 Nm is not below the torque limit"),
+        ('[task.none]\nindex = "d"', "task.none.index: should be 'off', 'r', 'd_p' or 'd_e', not 'd'"),
+        ('[task.none]\ndebounce_ticks = 0', "task.none.debounce_ticks: should be greater than"),
+        ('[observer]\ngain_per_s = "50"', "observer.gain_per_s: should be a valid number, not '50'"),
+        ('[observer]\ngain_per_s = 300\n[wire]\nrate_hz = 299', "observer.gain_per_s: gain times period"),
+        ('[wire]\nformat = "classic"', "wire.rate_hz: 7 joints would fill the classic bus to 154%"),
+        ('[deadline]\nsync_cycles = 0', "deadline.sync_cycles: should be greater than"),
+        ('[deadline]\njoint_cycles = 5', "deadline.joint_cycles: should be less than or equal to 4"),
+        ('[deadline]\ntick_budget_us = 1001', "deadline.tick_budget_us: longer than the period of 1000 us"),
+        ('[reset]\nhealthy_ms = 0.5', "reset.healthy_ms: shorter than the period"),
+        ('[stop]\ncollision = 3', "stop.collision: should be 0, 1 or 2, not 3"),
+        ('task = 3', "task: should be a table"),
+        ('[wire', "not TOML"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_named_with_its_place(write: Write, text: str, message: str) -> None:
+    assert refusal(write(f'robot = "ku_dex"\n{text}')).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "robot: no robot is named"),
+        ("robot = { tool = [0, 0, 0.1] }", "robot.model: is missing"),
+        ("robot = 7", "robot: should be a table"),
+    ],
+)
+def test_a_mistake_about_the_robot_is_named(write: Write, text: str, message: str) -> None:
+    assert refusal(write(text)).startswith(message)
+
+
+def test_a_file_that_is_not_there_or_not_text_is_named(tmp_path: Path) -> None:
+    assert refusal(tmp_path / "none.toml") == "No such file or directory"
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe")
+    assert refusal(binary) == "not a text file in UTF-8"
+
+
+def test_the_command_writes_the_block_and_says_its_crc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "guard.bin"
+    assert cli.main(["config", "paper", "--robot", "ku_dex", "-o", str(out), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    configuration = load_configuration("paper", robot="ku_dex")
+    assert out.read_bytes() == configuration.block()
+    assert summary["crc"] == f"{configuration.crc():08x}"
+    assert summary["tasks"]["payload"]["threshold_nm"] == [2.0] * 7
+
+
+def test_the_table_of_the_command_shows_each_task(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["config", "default", "--robot", "ku_dex"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[2:5]] == list(TASKS)
+
+
+def test_a_refused_file_leaves_no_block(write: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["config", str(write("robot = 1")), "-o", str(tmp_path / "out.bin")]) == 2
+    assert not (tmp_path / "out.bin").exists()
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_thresholds_handed_out_cannot_change_the_configuration() -> None:
+    configuration = load_configuration("default", robot="ku_dex")
+    before = configuration.block()
+    configuration.threshold_nm("none")[:] = 0
+    assert configuration.threshold_nm("none").min() > 0
+    assert load_configuration("default", robot="ku_dex").block() == before
+    assert np.all(configuration.threshold_nm("none") == 1.0)
