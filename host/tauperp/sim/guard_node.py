@@ -1,0 +1,42 @@
+"""The compiled firmware as a node of a python-can bus: what a board's main loop does, in this process."""
+
+from typing import Protocol
+
+import can
+
+from tauperp.firmware import Guard, Verdict
+
+
+class GuardPeer(Protocol):
+    """Whoever plays the guard on the bus. One of another process or machine takes its turn by itself."""
+
+    verdict: Verdict | None  # of the last tick, where it can be looked into
+
+    def turn(self, now_us: int) -> None:
+        """Receive, tick and answer for the cycle that has just been sent."""
+
+
+class GuardNode:
+    """The library's guard, ticked once a cycle in simulated time."""
+
+    def __init__(self, bus: can.BusABC, guard: Guard) -> None:
+        self.guard = guard
+        self.verdict: Verdict | None = None
+        self._bus = bus
+
+    def turn(self, now_us: int) -> None:
+        """Everything that is on the bus goes in, then one tick, then its frames go out."""
+        while (frame := self._bus.recv(timeout=0.0)) is not None:
+            self.guard.receive(frame, now_us)
+        self.verdict = self.guard.tick(now_us)
+        for frame in self.verdict.frames:
+            self._bus.send(frame)
+
+
+class RemoteGuard:
+    """A guard somewhere else on the bus: it needs no turn, and only its frames tell what it thinks."""
+
+    verdict: Verdict | None = None
+
+    def turn(self, now_us: int) -> None:
+        """Nothing: it hears the bus itself."""

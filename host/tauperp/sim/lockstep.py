@@ -1,0 +1,187 @@
+"""A scenario in lockstep: robot, bus and guard cycle by cycle in simulated time, the same bits for the same seed."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import can
+import numpy as np
+
+from tauperp.config import TASKS
+from tauperp.errors import InputError
+from tauperp.scenario import Phase, Scenario
+from tauperp.sim.arm import Arm
+from tauperp.sim.contact import Hand
+from tauperp.sim.dynamics import Dynamics
+from tauperp.sim.guard_node import GuardPeer
+from tauperp.sim.guiding import Guidance
+from tauperp.sim.motion import Job, Mode, Motion, Move, Wait, Yield
+from tauperp.sim.node import RobotNode
+from tauperp.sim.posture import home
+from tauperp.sim.sensors import Sensors
+from tauperp.sim.trace import Contact, Stop, Trace, TraceRecorder
+from tauperp.sim.trajectory import Planner, Unreachable
+
+LAST_LOOK_S = 0.5  # simulated after the last step is done
+
+Progress = Callable[[float, str], None]  # share of the steps done, 0 to 1, and the phase's name
+
+
+class Lockstep:
+    """One run of a scenario with a guard that shares the bus. `run` is called once.
+
+    `bus` is the robot's own connection. Raises InputError, with the scenario's file and the step, for a move that the
+    arm cannot do.
+    """
+
+    def __init__(self, scenario: Scenario, bus: can.BusABC, guard: GuardPeer) -> None:
+        self._scenario = scenario
+        self._guard = guard
+        settings, robot = scenario.configuration.settings, scenario.robot
+        self._period = scenario.configuration.period_us * 1e-6
+        rng = np.random.default_rng(scenario.seed)
+        mass_scale = 1 + scenario.model_error * rng.uniform(-1, 1, robot.n)
+        strikes = [strike for phase in scenario.phases for _, _, strike in phase.strikes]
+        self._hands = [Hand(strike, number + 1) for number, strike in enumerate(strikes)]
+        self._guidance = Guidance()
+        self._arm = Arm(
+            robot,
+            period_s=self._period,
+            substeps=scenario.substeps,
+            mass_scale=mass_scale,
+            touching=[*self._hands, self._guidance],
+        )
+        dynamics = Dynamics(robot)
+        start = home(robot, dynamics) if scenario.start_rad is None else scenario.start_rad
+        self._steps = [(phase, step) for phase in range(len(scenario.phases)) for step in _steps(scenario, phase)]
+        jobs = _jobs(scenario, dynamics, start)
+        self._motion = Motion(
+            Planner(robot, dynamics, self._period), dynamics, self._period, start, jobs, scenario.recovery
+        )
+        self._node = RobotNode(
+            bus,
+            scenario.configuration.wire,
+            self._arm,
+            Sensors(scenario.sensors, robot.n, rng, scenario.faults),
+            self._motion,
+            fd=settings.wire.format == "fd",
+        )
+        self._arm.reset(start)
+        self._node.start(scenario.faults)
+        self._job = -1
+        self._due: list[tuple[float, Hand]] = []
+
+    def run(self, progress: Progress | None = None, listen: Callable[[], None] | None = None) -> Trace:
+        """All phases, or as far as the time limit lets them. `listen` is called after every cycle, for a recorder."""
+        scenario, period_us = self._scenario, self._scenario.configuration.period_us
+        recorder = TraceRecorder()
+        cycle, finished_at = 0, None
+        was_permitted = False
+        while cycle * self._period < scenario.time_limit_s:
+            time_s = cycle * self._period
+            self._begin_job(time_s, progress)
+            self._send_hands(time_s)
+            self._node.begin_cycle(cycle)
+            self._guard.turn(cycle * period_us)
+            try:
+                self._node.end_cycle(cycle)
+            except Unreachable as error:
+                raise InputError(f"{scenario.source}: {self._place()}: {error}") from error
+            self._note(recorder, time_s, was_permitted)
+            was_permitted = self._node.permitted
+            if listen is not None:
+                listen()
+            cycle += 1
+            if self._motion.finished:
+                finished_at = time_s if finished_at is None else finished_at
+                if time_s >= finished_at + LAST_LOOK_S:
+                    break
+        if progress is not None:
+            progress(1.0, "")
+        thresholds = {number: scenario.configuration.threshold_nm(name) for name, number in TASKS.items()}
+        contacts = tuple(Contact(hand.strike, hand.record) for hand in self._hands)
+        return recorder.trace(thresholds, contacts, finished_at is not None)
+
+    def _begin_job(self, time_s: float, progress: Progress | None) -> None:
+        """Where a new step begins: grasp, tell the task, and let people come."""
+        motion, scenario = self._motion, self._scenario
+        if motion.job == self._job or motion.finished:
+            return
+        before = self._steps[self._job][0] if self._job >= 0 else -1
+        self._job = motion.job
+        phase, step = self._steps[self._job]
+        current = scenario.phases[phase]
+        if phase != before:
+            self._arm.attach(current.payload)
+            self._node.task = current.task
+        self._guidance.start(tuple(force for at, force in current.guides if at == step), time_s)
+        hand = sum(len(earlier.strikes) for earlier in scenario.phases[:phase])
+        for number, (at, after_s, _) in enumerate(current.strikes):
+            if at == step:
+                self._due.append((time_s + after_s, self._hands[hand + number]))
+        if progress is not None:
+            progress(self._job / len(self._steps), current.name)
+
+    def _send_hands(self, time_s: float) -> None:
+        for due in [one for one in self._due if one[0] <= time_s]:
+            due[1].start(self._arm, time_s)
+            self._due.remove(due)
+        if self._motion.mode is Mode.PAUSING:
+            for hand in self._hands:
+                hand.withdraw(time_s)
+
+    def _note(self, recorder: TraceRecorder, time_s: float, was_permitted: bool) -> None:
+        node, verdict = self._node, self._guard.verdict
+        indexes = (node.residual, node.index) if verdict is None else (verdict.residual, verdict.index)
+        forces = (sum(hand.force_n for hand in self._hands), float(np.linalg.norm(self._guidance.force_n)))
+        speed = float(np.linalg.norm(self._arm.tip_velocity()))
+        phase = self._steps[max(self._job, 0)][0]
+        recorder.row(time_s, node.task, phase, node.permitted, forces, speed, indexes)
+        if was_permitted and not node.permitted:
+            recorder.stops.append(_stop(node, time_s))
+        elif recorder.stops and recorder.stops[-1].standstill_s is None and self._motion.standing:
+            recorder.stops[-1] = replace(recorder.stops[-1], standstill_s=time_s)
+
+    def _place(self) -> str:
+        phase, step = self._steps[min(self._motion.job, len(self._steps) - 1)]
+        return f"phase.{phase}.do.{step}"
+
+
+def _steps(scenario: Scenario, phase: int) -> range:
+    return range(len(scenario.phases[phase].steps))
+
+
+def _jobs(scenario: Scenario, dynamics: Dynamics, start: np.ndarray) -> list[Job]:
+    """The steps of all phases as the robot's jobs; points are taken from where the tip starts."""
+    tip, rotation = dynamics.tip(start)
+    jobs: list[Job] = []
+    for phase in scenario.phases:
+        jobs.extend(_job(step, scenario, tip, rotation) for step in phase.steps)
+    return jobs
+
+
+def _job(step, scenario: Scenario, tip: np.ndarray, rotation: np.ndarray) -> Job:
+    if step.wait_s is not None:
+        return Wait(step.wait_s)
+    if step.yield_s is not None:
+        return Yield(step.yield_s, scenario.impedance)
+    point = scenario.points[step.move]
+    if point.joints_rad is not None:
+        return Move(joints=np.array(point.joints_rad, float), limits=scenario.limits)
+    return Move(tip_m=tip + np.array(point.offset_m), rotation=rotation, limits=scenario.limits)
+
+
+def _stop(node: RobotNode, time_s: float) -> Stop:
+    command = node.stop_command
+    if command is None or command["Permission"] == 1:
+        return Stop(time_s, reason=0, category=1, joint=0, value_nm=0.0, trip_number=0)
+    return Stop(
+        time_s,
+        reason=int(command["Reason"]),
+        category=int(command["StopCategory"]),
+        joint=int(command["Joint"]),
+        value_nm=float(command["IndexValue"]),
+        trip_number=int(command["TripNumber"]),
+    )
+
+
+__all__ = ["Lockstep", "Phase", "Progress"]

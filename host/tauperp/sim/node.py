@@ -1,0 +1,140 @@
+"""The robot as nodes of the CAN bus: its controller and its joints, which share one bus connection here.
+
+In each cycle it sends Sync, TaskCommand and one JointState a joint, and then obeys what StopCommand answers for that
+very cycle. It trusts nothing else: no answer, an answer to another cycle, or one that fails its E2E check is a stop.
+"""
+
+import can
+import numpy as np
+
+from tauperp.errors import InputError
+from tauperp.sim.arm import Arm, JointSample
+from tauperp.sim.motion import Motion, Permit
+from tauperp.sim.sensors import SensorFault, Sensors
+from tauperp.wire import Receiver, Sender, Wire
+
+PERMITTED = (1, 14)  # Permission and its inverse: everything else is a stop
+COLLISION = 6  # StopCommand.Reason
+SILENCE = 1  # stop category when nobody says which
+SENSOR_OK, NOT_AVAILABLE = 0, 15  # JointState.SensorStatus
+RESET_HALF_S = 0.02  # a reset is asked for with a square wave of this half period, for its edges
+CYCLE_MASK, NIBBLE = 0xFFFF, 0xF
+
+
+class RobotNode:
+    """One robot on one bus. `begin_cycle` and `end_cycle` are called once a cycle each, with the guard in between."""
+
+    def __init__(self, bus: can.BusABC, wire: Wire, arm: Arm, sensors: Sensors, motion: Motion, *, fd: bool) -> None:
+        self.motion = motion
+        self.arm = arm
+        self.task = 1  # as on the wire
+        self.stop_command: dict[str, float] | None = None  # the newest that passed its check
+        self.permitted = False
+        self.sample = JointSample(*(np.zeros(arm.n) for _ in range(3)))
+        n = arm.n
+        self.residual, self.index = np.zeros(n), np.zeros(n)  # as the guard last reported them on the bus
+        self._bus = bus
+        self._sensors = sensors
+        self._sender = Sender(wire, fd=fd)
+        self._receiver = Receiver(wire)
+        self._faults: tuple[SensorFault, ...] = ()
+        self._reset_cycles = 0
+        self._reset_half = max(1, round(RESET_HALF_S / arm.period_s))
+        self._messages = tuple(f"JointState{joint + 1}" for joint in range(n))
+
+    def start(self, faults: tuple[SensorFault, ...] = ()) -> None:
+        """Take the arm as it stands; `faults` of kind status, silent and crc happen to the frames sent from now on."""
+        self._faults = faults
+        self.sample = self.arm.stand()
+
+    def begin_cycle(self, cycle: int) -> None:
+        """Sample and send."""
+        time_s = cycle * self.arm.period_s
+        self._send("Sync", {"Cycle": cycle & CYCLE_MASK}, cycle)
+        x, y, z = self.motion.tip_acceleration
+        self._send("TaskCommand", {"Task": self.task, "AccelX": x, "AccelY": y, "AccelZ": z}, cycle)
+        readings = self._sensors.read(self.sample, time_s)
+        faults = [fault for fault in self._faults if fault.active(time_s)]
+        for joint, name in enumerate(self._messages):
+            frame = self._joint_frame(name, readings, joint, cycle, faults)
+            if frame is not None:
+                self._bus.send(frame)
+
+    def end_cycle(self, cycle: int, answer_timeout_s: float = 0.0) -> None:
+        """Hear the guard, and move the arm through the cycle as it permits.
+
+        Waits up to `answer_timeout_s` of real time for the guard's answer; in lockstep it is there already.
+        """
+        permit = self._permit(cycle, answer_timeout_s)
+        self.permitted = permit.allowed
+        self._ask_for_reset()
+        torque = self.motion.step(permit, self.sample)
+        self.arm.brake(self.motion.brakes)
+        self.sample = self.arm.step(torque)
+
+    def _joint_frame(
+        self, name: str, readings: JointSample, joint: int, cycle: int, faults: list[SensorFault]
+    ) -> can.Message | None:
+        status, broken = SENSOR_OK, False
+        for fault in faults:
+            if fault.joint != joint + 1:
+                continue
+            if fault.kind == "silent":
+                return None
+            if fault.kind == "status":
+                status = int(fault.value)
+            broken |= fault.kind == "crc"
+        signals = {
+            "SensorStatus": status,
+            "Position": readings.position[joint],
+            "Velocity": readings.velocity[joint],
+            "Torque": readings.torque[joint],
+        }
+        try:
+            frame = self._sender.frame(name, signals, cycle=cycle)
+        except InputError:  # a reading that the wire cannot carry: say so instead of clamping it
+            blank = {"SensorStatus": NOT_AVAILABLE, "Position": 0.0, "Velocity": 0.0, "Torque": 0.0}
+            frame = self._sender.frame(name, blank, cycle=cycle)
+        if broken:
+            frame.data[0] ^= 0xFF
+        return frame
+
+    def _permit(self, cycle: int, timeout_s: float) -> Permit:
+        """Read the bus dry, or until the answer to this cycle is there."""
+        answered = False
+        while not answered or timeout_s == 0.0:
+            frame = self._bus.recv(timeout=timeout_s)
+            if frame is None:
+                break
+            received = self._receiver.receive(frame)
+            if received is None or not received.status.accepted or received.invalid:
+                continue
+            if received.message.name == "StopCommand":
+                self.stop_command = received.signals
+                answered = received.signals["Cycle"] == cycle & NIBBLE
+            elif received.message.name == "GuardIndex":
+                joint = int(received.signals["Joint"])
+                if joint < self.arm.n:
+                    self.residual[joint] = received.signals[f"Residual{joint + 1}"]
+                    self.index[joint] = received.signals[f"Index{joint + 1}"]
+        if not answered or self.stop_command is None:
+            return Permit(False, SILENCE)
+        command = self.stop_command
+        if (command["Permission"], command["PermissionInverted"]) == PERMITTED:
+            return Permit(True)
+        return Permit(False, int(command["StopCategory"]), command["Reason"] == COLLISION)
+
+    def _ask_for_reset(self) -> None:
+        """While only the permission is missing, ask for it with the number of the trip that took it."""
+        command = self.stop_command
+        tripped = command is not None and not self.permitted and command["TripNumber"] != 0
+        if not (tripped and self.motion.wants_reset):
+            self._reset_cycles = 0
+            return
+        assert command is not None
+        request = self._reset_cycles // self._reset_half % 2
+        self._send("GuardReset", {"Request": request, "TripNumber": int(command["TripNumber"])}, None)
+        self._reset_cycles += 1
+
+    def _send(self, name: str, signals: dict[str, float], cycle: int | None) -> None:
+        self._bus.send(self._sender.frame(name, signals, cycle=cycle))

@@ -1,0 +1,106 @@
+"""What happened in a run, cycle by cycle and event by event."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauperp.sim.contact import ContactRecord, Strike
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Motion was permitted and is no longer: `time_s` of the cycle whose StopCommand said so, or whose silence did.
+
+    `reason` as on the wire (0: silence); joint 1 to n or 0; index value Nm; `standstill_s` when the robot stood.
+    """
+
+    time_s: float
+    reason: int
+    category: int
+    joint: int
+    value_nm: float
+    trip_number: int
+    standstill_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A strike and what came of it."""
+
+    strike: Strike
+    record: ContactRecord
+
+
+@dataclass(frozen=True)
+class Trace:
+    """N cycles of an arm with n joints; Nm, N, m/s, s. Row k is what was sent, decided and felt in cycle k."""
+
+    time_s: Vector  # (N,) of the Sync
+    residual_nm: Vector  # (N, n) r
+    index_nm: Vector  # (N, n) the index in force
+    threshold_nm: Vector  # (N, n) of the task in force
+    task: NDArray[np.int64]  # (N,)
+    phase: NDArray[np.int64]  # (N,) from 0
+    permitted: NDArray[np.bool_]  # (N,)
+    contact_n: Vector  # (N,) force of all hands on the arm
+    guiding_n: Vector  # (N,) intended force
+    tip_speed_m_s: Vector  # (N,)
+    stops: tuple[Stop, ...]
+    contacts: tuple[Contact, ...]
+    finished: bool  # every phase was done before the time limit
+
+    def under_way(self, settle_s: float) -> NDArray[np.bool_]:
+        """(N,) whether a collision is under way: from its first touch until `settle_s` after its last."""
+        mask = np.zeros(len(self.time_s), bool)
+        for contact in self.contacts:
+            begin, end = contact.record.contact_s, contact.record.release_s
+            if begin is not None and end is not None:
+                mask |= (self.time_s >= begin) & (self.time_s <= end + settle_s)
+        return mask
+
+
+@dataclass
+class TraceRecorder:
+    """Collects rows and events while a run lasts."""
+
+    stops: list[Stop] = field(default_factory=list)
+    _rows: list[tuple[float, int, int, bool, float, float, float]] = field(default_factory=list)
+    _residual: list[Vector] = field(default_factory=list)
+    _index: list[Vector] = field(default_factory=list)
+
+    def row(
+        self,
+        time_s: float,
+        task: int,
+        phase: int,
+        permitted: bool,
+        forces_n: tuple[float, float],
+        tip_speed_m_s: float,
+        indexes: tuple[Vector, Vector],
+    ) -> None:
+        """One cycle: `forces_n` of contact and guiding, `indexes` the residual and the index in force, (n,) each."""
+        self._rows.append((time_s, task, phase, permitted, *forces_n, tip_speed_m_s))
+        self._residual.append(indexes[0].copy())
+        self._index.append(indexes[1].copy())
+
+    def trace(self, thresholds: dict[int, Vector], contacts: tuple[Contact, ...], finished: bool) -> Trace:
+        """Everything as arrays; `thresholds` (n,) by task number."""
+        time, task, phase, permitted, contact, guiding, speed = (np.array(column) for column in zip(*self._rows))
+        return Trace(
+            time_s=time,
+            residual_nm=np.array(self._residual),
+            index_nm=np.array(self._index),
+            threshold_nm=np.array([thresholds[int(number)] for number in task]),
+            task=task,
+            phase=phase,
+            permitted=permitted,
+            contact_n=contact,
+            guiding_n=guiding,
+            tip_speed_m_s=speed,
+            stops=tuple(self.stops),
+            contacts=contacts,
+            finished=finished,
+        )
