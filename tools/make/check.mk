@@ -1,7 +1,7 @@
 # The gates: what must hold of the checkout. tools/gates runs them to the end and counts.
 FORMATTED_C = $(filter-out firmware/wire/messages.% firmware/wire/protocol.% firmware/robots/%,\
-    $(wildcard firmware/*/*.[ch] firmware/boards/*/*.[ch] tests/*/*.[ch]))
-PYTHON_SOURCES = host $(wildcard tests tools/dbc2c tools/robot2c tools/gates tools/unit tools/*.py)
+    $(wildcard firmware/*/*.[ch] firmware/boards/*/*.[ch] tests/*/*.[ch] tools/*/*.[ch]))
+PYTHON_SOURCES = host $(wildcard tests tools/*/*.py) $(shell grep -lsE '^\#!.*python' tools/*)
 CLANG ?= clang
 
 .PHONY: test host-test bus-test test-target lint lint-gcc lint-clang lint-format lint-python lint-types format generate generate-check
