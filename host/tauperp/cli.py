@@ -23,6 +23,7 @@ from tauperp.errors import InputError
 COMMANDS = {
     "robot": "make a robot table for the firmware from a URDF or MJCF file",
     "config": "make the guard's configuration block from a TOML file",
+    "replay": "send a recording of a real robot through the firmware",
 }
 
 BAD_INPUT = 2

@@ -1,0 +1,142 @@
+"""A recording as bus frames through the firmware's guard, one row a cycle.
+
+Every row becomes one cycle at the recording's median period: Sync, TaskCommand, the joints' frames with their E2E
+protection, and a tick. A row that only repeats the sample before (a logger that is faster than its sensor) is sent as
+it is, as such a robot's driver would send it. The torque is a sample at the Sync, not a mean since the last one.
+
+The torque sensors' offsets are taken on the host, where a joint's own electronics would: the mean of measured torque
+minus the model's gravity torque over the first second, in which the arm has to be at rest and untouched. It also takes
+away what the model has wrong in that pose.
+
+After a trip the robot's controller asks for a reset in every other cycle. The guard grants it when its inputs have
+been good and the index below the thresholds for the configured time; labels have no part in it.
+"""
+
+import dataclasses
+
+import can
+import numpy as np
+import numpy.typing as npt
+
+from tauperp.config import TASKS, Configuration, Numeric, TaskName
+from tauperp.errors import InputError
+from tauperp.firmware import Core, Guard, Reason, State
+from tauperp.replay.recording import FloatArray, Recording
+from tauperp.wire import Sender
+
+REST_S = 1.0
+REST_VELOCITY_RAD_S = 0.05
+
+_SENSOR_OK = 0
+_NO_ACCELERATION = {"AccelX": 0.0, "AccelY": 0.0, "AccelZ": 0.0}
+_CYCLE_MASK = 0xFFFF
+
+
+@dataclasses.dataclass(frozen=True)
+class Trip:
+    """The guard withdrew its permission at this row."""
+
+    row: int
+    time_s: float
+    reason: Reason
+    joint: int  # 1 to n, 0 none
+    index_nm: float
+    threshold_nm: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Playback:
+    """What the guard made of a recording, row by row."""
+
+    recording: Recording
+    configuration: Configuration
+    task: TaskName
+    offset_nm: FloatArray  # (n,) taken from the measured torque
+    residual: FloatArray  # (m, n) Nm
+    index: FloatArray  # (m, n) Nm
+    permitted: npt.NDArray[np.bool_]  # (m,)
+    trips: tuple[Trip, ...]
+    counters: dict[str, int]
+
+
+def sensor_offset(recording: Recording, core: Core) -> FloatArray:
+    """Mean of measured torque minus gravity torque over the first second, (n,) Nm.
+
+    Raises InputError if the arm moves or is touched in it, or the recording is shorter.
+    """
+    rest = recording.time_s < REST_S
+    if recording.time_s[-1] < REST_S:
+        raise InputError(f"{recording.path}: shorter than the {REST_S:g} s at rest that it has to begin with")
+    if recording.touched is not None and recording.touched[rest].any():
+        raise InputError(f"{recording.path}: touched in the first {REST_S:g} s, which give the sensors' offsets")
+    fastest = np.abs(recording.qd[rest]).max()
+    if fastest > REST_VELOCITY_RAD_S:
+        raise InputError(f"{recording.path}: moves at {fastest:.2g} rad/s in the first {REST_S:g} s; it has to rest")
+    gravity = core.terms(recording.q[rest], recording.qd[rest]).gravity
+    offset: FloatArray = (recording.tau[rest] - gravity).mean(axis=0)
+    return offset
+
+
+def play(
+    recording: Recording, configuration: Configuration, *, task: TaskName = "none", numeric: Numeric = "float32"
+) -> Playback:
+    """Send a recording through the guard; its period has to be the configuration's.
+
+    Raises InputError for a row that the wire cannot carry, and for what `sensor_offset` refuses.
+    """
+    offset = sensor_offset(recording, Core(configuration.robot, numeric, configuration))
+    guard = Guard(configuration.block(numeric))
+    bus = _Bus(recording, configuration, task, offset)
+    rows = len(recording.time_s)
+    residual, index = np.empty((rows, guard.n)), np.empty((rows, guard.n))
+    permitted = np.zeros(rows, bool)
+    trips: list[Trip] = []
+    verdict = None
+    for row in range(rows):
+        now_us = row * configuration.period_us
+        stopped_by = verdict.trip_number if verdict and verdict.state == State.STOPPED else None
+        for frame in bus.frames(row, stopped_by):
+            guard.receive(frame, now_us)
+        verdict = guard.tick(now_us)
+        residual[row], index[row], permitted[row] = verdict.residual, verdict.index, verdict.permitted
+        if verdict.state == State.FAULT:
+            raise InputError(f"{recording.path}:{row + 2}: the guard is in FAULT: {verdict.reason.name}")
+        if verdict.state == State.STOPPED and stopped_by is None:
+            at_s = float(recording.time_s[row])
+            trips.append(Trip(row, at_s, verdict.reason, verdict.joint, verdict.value_nm, verdict.threshold_nm))
+    return Playback(recording, configuration, task, offset, residual, index, permitted, tuple(trips), guard.counters)
+
+
+class _Bus:
+    """Everything that the robot puts on the bus: its controller's frames and its joints'."""
+
+    def __init__(self, recording: Recording, configuration: Configuration, task: TaskName, offset: FloatArray) -> None:
+        self._sender = Sender(configuration.wire, fd=configuration.settings.wire.format == "fd")
+        self._task = TASKS[task]
+        self._path = recording.path
+        self._samples = np.stack([recording.q, recording.qd, recording.tau - offset], axis=-1).tolist()
+
+    def frames(self, row: int, stopped_by: int | None) -> list[can.Message]:
+        """The frames of one cycle, in their order. stopped_by: the trip to be reset, or None.
+
+        Raises InputError, with the line of the file, if the wire cannot carry a value.
+        """
+        # An edge of Request needs a 0 first; the next try comes two cycles later, until the guard grants it.
+        reset = {"Request": int(stopped_by is not None and row % 2 == 0), "TripNumber": stopped_by or 0}
+        try:
+            frame = self._sender.frame
+            return [
+                frame("Sync", {"Cycle": row & _CYCLE_MASK}, cycle=row),
+                frame("GuardReset", reset),
+                frame("TaskCommand", {"Task": self._task, **_NO_ACCELERATION}, cycle=row),
+                *(
+                    frame(
+                        f"JointState{joint}",
+                        {"SensorStatus": _SENSOR_OK, "Position": q, "Velocity": qd, "Torque": tau},
+                        cycle=row,
+                    )
+                    for joint, (q, qd, tau) in enumerate(self._samples[row], start=1)
+                ),
+            ]
+        except InputError as error:
+            raise InputError(f"{self._path}:{row + 2}: {error}") from error
