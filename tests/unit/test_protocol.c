@@ -163,6 +163,7 @@ static void test_a_report_that_does_not_fit_is_held_at_its_limits(void) {
     const scale_t scale = PROTOCOL_GUARD_INDEX_INDEX_SCALE;
     TEST_ASSERT_EQUAL_INT(32767, scale_to_raw(NUM(400), scale, -32767, 32767));
     TEST_ASSERT_EQUAL_INT(-32767, scale_to_raw(NUM(-400), scale, -32767, 32767));
+    TEST_ASSERT_EQUAL_INT(32767, scale_to_raw(NUM(327.7), scale, -32767, 32767));
     TEST_ASSERT_EQUAL_INT(0, scale_to_raw(NUM(-0.01), scale, 0, 65535));
 #ifndef TAUPERP_FIXED
     const float infinity = 3.0e38f * 10.0f;

@@ -190,6 +190,12 @@ static void test_a_corrupt_state_does_not_hold(void) {
     snapshot_t fresh;
     TEST_ASSERT_TRUE(snapshot_init(&fresh, JOINTS));
     TEST_ASSERT_TRUE(snapshot_holds(&fresh));
+    fresh.received = 1u; /* a reading before any Sync */
+    TEST_ASSERT_FALSE(snapshot_holds(&fresh));
+    fresh.received = 0u;
+    fresh.expected = 0x7Du; /* joints with a hole */
+    TEST_ASSERT_FALSE(snapshot_holds(&fresh));
+    fresh.expected = 0x7Fu;
     fresh.referenced = true; /* one taken before any Sync */
     TEST_ASSERT_FALSE(snapshot_holds(&fresh));
 }
