@@ -41,6 +41,12 @@ static void trip(guard_t *self, guard_state_t state, guard_reason_t reason, uint
 
 /* --- self-supervision --------------------------------------------------------------------------------------------- */
 
+/* The one number that bounds loops, in the block, here and in the snapshot: looked at before any of them runs. */
+static bool joint_count_holds(const guard_t *self) {
+    return (self->joints <= ROBOT_MAX_JOINTS) && (self->joints == self->config->robot.joint_count) &&
+           (((1u << self->joints) - 1u) == self->inputs.snapshot.expected);
+}
+
 static bool state_holds(const guard_t *self) {
     bool holds = (self->state == ~self->state_inverted) && (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) &&
                  (self->state <= (uint32_t)GUARD_STATE_FAULT) && snapshot_holds(&self->inputs.snapshot) &&
@@ -67,7 +73,7 @@ static guard_reason_t supervise(guard_t *self, uint64_t now_us) {
     guard_reason_t reason = GUARD_REASON_NONE;
     if (!state_holds(self)) {
         reason = GUARD_REASON_STATE_CORRUPT;
-    } else if (!config_watch_step(&self->watch, self->config)) {
+    } else if (!joint_count_holds(self) || !config_watch_step(&self->watch, self->config)) {
         reason = GUARD_REASON_CONFIG_CORRUPT;
     } else if (!time_holds(self, now_us)) {
         reason = GUARD_REASON_TIME_BACKWARDS;
@@ -110,7 +116,7 @@ static void run_stages(guard_t *self) {
 /* What the stages left behind is a result. */
 static bool results_hold(const guard_t *self) {
     bool holds = (self->index.kind == (uint32_t)INDEX_OFF) || self->index.subspace.converged;
-    for (uint32_t i = 0; i < self->config->robot.joint_count; ++i) {
+    for (uint32_t i = 0; i < self->joints; ++i) {
         holds = holds && num_finite(self->observer.residual[i]) && num_finite(self->index.value[i]);
     }
     return holds;
@@ -296,6 +302,7 @@ static void tell_reason(const guard_t *self, input_t missing, guard_output_t *ou
 }
 
 static void tell(const guard_t *self, input_t missing, guard_output_t *out) {
+    const uint32_t joints = (self->joints < ROBOT_MAX_JOINTS) ? self->joints : ROBOT_MAX_JOINTS;
     out->state = (guard_state_t)self->state;
     out->permitted = self->state == (uint32_t)GUARD_STATE_MONITORING;
     out->fresh = self->stages != 0u;
@@ -305,7 +312,7 @@ static void tell(const guard_t *self, input_t missing, guard_output_t *out) {
     out->cycle = self->inputs.snapshot.cycle;
     out->smallest_singular = subspace_smallest(&self->index.subspace);
     out->rank = self->index.subspace.rank;
-    for (uint32_t i = 0; i < self->config->robot.joint_count; ++i) {
+    for (uint32_t i = 0; i < joints; ++i) {
         out->residual[i] = self->observer.residual[i];
         out->index[i] = self->index.value[i];
     }
@@ -321,7 +328,8 @@ guard_status_t guard_init(guard_t *self, const guard_config_t *config) {
         return status;
     }
     self->config = config;
-    (void)snapshot_init(&self->inputs.snapshot, config->robot.joint_count);
+    self->joints = config->robot.joint_count;
+    (void)snapshot_init(&self->inputs.snapshot, self->joints);
     motion_init(&self->motion);
     observer_init(&self->observer);
     index_init(&self->index);
@@ -341,8 +349,10 @@ void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out) {
     self->stages = 0;
     const guard_reason_t broken = supervise(self, now_us);
     const bool in_fault = self->state == (uint32_t)GUARD_STATE_FAULT;
-    if (!in_fault && (broken != GUARD_REASON_NONE)) {
-        trip(self, GUARD_STATE_FAULT, broken, 0u);
+    if (broken != GUARD_REASON_NONE) {
+        if (!in_fault) {
+            trip(self, GUARD_STATE_FAULT, broken, 0u);
+        }
     } else if (self->state == (uint32_t)GUARD_STATE_SELF_TEST) {
         if (self_test()) {
             enter(self, GUARD_STATE_WAITING);

@@ -146,6 +146,7 @@ typedef struct {
 
 typedef struct {
     const guard_config_t *config;
+    uint32_t joints;         /* of the robot; 0 before guard_init */
     uint32_t state;          /* guard_state_t */
     uint32_t state_inverted; /* ~state: a flipped bit in either is FAULT */
     guard_inputs_t inputs;

@@ -103,8 +103,7 @@ static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     const protocol_receive_t *const entry = &protocol_receive[slot];
     const uint8_t format = (self->config->format == (uint32_t)FORMAT_FD) ? (uint8_t)CAN_FRAME_FD : 0u;
     const uint8_t flags = (uint8_t)(frame->flags & (uint8_t)~CAN_FRAME_BRS);
-    const bool of_robot =
-        (entry->kind != (uint8_t)PROTOCOL_KIND_JOINT_STATE) || (entry->joint < self->config->robot.joint_count);
+    const bool of_robot = (entry->kind != (uint8_t)PROTOCOL_KIND_JOINT_STATE) || (entry->joint < self->joints);
     if ((frame->length != entry->length) || (flags != format) || !of_robot) {
         count(&self->counters.format_errors, 1u);
         return false;

@@ -77,7 +77,7 @@ static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_
     message->config_schema = (uint8_t)CONFIG_SCHEMA;
     if (guard->config != 0) {
         message->config_crc = guard->config->crc;
-        message->robot_joints = (uint8_t)guard->config->robot.joint_count;
+        message->robot_joints = (uint8_t)guard->joints;
         message->format = (uint8_t)guard->config->format;
     }
     if (message->page == (uint8_t)PAGE_TIMING) {
@@ -116,7 +116,7 @@ void report_tick(guard_t *guard, guard_output_t *out) {
     guard_report_t *const self = &guard->report;
     out->frame_count = 0;
     stop_command(guard, out);
-    const uint32_t joints = (guard->config == 0) ? 0u : guard->config->robot.joint_count;
+    const uint32_t joints = (guard->joints < ROBOT_MAX_JOINTS) ? guard->joints : ROBOT_MAX_JOINTS;
     if ((joints == 0u) || ((self->turn % 2u) == 0u)) {
         status(guard, out, (self->turn / 2u) % (uint32_t)PAGE_COUNT);
     } else {

@@ -1,0 +1,358 @@
+/* What the guard permits when: start-up, deadlines, trips, resets, and its supervision of itself. */
+#include "guard_fixture.h"
+
+static bench_t bench;
+
+void setUp(void) {
+    start(&bench);
+}
+void tearDown(void) {}
+
+static void test_motion_is_not_permitted_before_every_input_is_in(void) {
+    silent_cycles(&bench, 3u);
+    TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+    TEST_ASSERT_EQUAL(GUARD_REASON_WAITING_SYNC, bench.out.reason);
+    for (uint32_t i = 0; i < 50u; ++i) {
+        cycle_without(&bench, 1u << 3);
+        TEST_ASSERT_FALSE(bench.out.permitted);
+    }
+    TEST_ASSERT_EQUAL(GUARD_REASON_WAITING_JOINT, bench.out.reason);
+    TEST_ASSERT_EQUAL(4, bench.out.joint);
+}
+
+static void test_the_first_tick_is_the_self_test_and_permits_nothing(void) {
+    cycle(&bench);
+    TEST_ASSERT_FALSE(bench.out.permitted);
+    TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+}
+
+static void test_permission_comes_with_fresh_inputs_and_every_tick(void) {
+    run_until_permitted(&bench);
+    for (uint32_t i = 0; i < 500u; ++i) {
+        cycle(&bench);
+        TEST_ASSERT_TRUE(bench.out.permitted);
+        TEST_ASSERT_EQUAL(GUARD_REASON_NONE, bench.out.reason);
+        TEST_ASSERT_EQUAL(0x010, bench.out.frame[0].id);
+        TEST_ASSERT_EQUAL_HEX8(0xE1, bench.out.frame[0].data[2]); /* Permission 1, PermissionInverted 14 */
+        TEST_ASSERT_EQUAL(bench.cycle & 0x0F, bench.out.frame[0].data[3] >> 4);
+    }
+}
+
+static void test_without_a_task_motion_is_never_permitted(void) {
+    bench.task = TASK_INVALID;
+    for (uint32_t i = 0; i < 50u; ++i) {
+        cycle(&bench);
+        TEST_ASSERT_FALSE(bench.out.permitted);
+    }
+    TEST_ASSERT_EQUAL(GUARD_REASON_TASK_INVALID, bench.out.reason);
+    TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+}
+
+static void test_one_lost_cycle_is_bridged(void) {
+    run_until_permitted(&bench);
+    for (uint32_t lost = 1; lost < DEADLINE_CYCLES; ++lost) {
+        silent_cycles(&bench, lost);
+        TEST_ASSERT_TRUE(bench.out.permitted);
+        cycles(&bench, 20u);
+        TEST_ASSERT_TRUE(bench.out.permitted);
+    }
+}
+
+static void test_a_silent_bus_ends_the_permission_at_the_deadline_and_latches(void) {
+    run_until_permitted(&bench);
+    silent_cycles(&bench, DEADLINE_CYCLES);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+    silent_cycles(&bench, 1u);
+    assert_stopped(&bench, GUARD_REASON_SYNC_TIMEOUT, 0u);
+    cycles(&bench, 100u);
+    assert_stopped(&bench, GUARD_REASON_SYNC_TIMEOUT, 0u);
+}
+
+static void test_one_silent_joint_ends_the_permission_at_the_deadline_and_is_named(void) {
+    for (uint32_t joint = 0; joint < JOINTS; ++joint) {
+        start(&bench);
+        run_until_permitted(&bench);
+        uint32_t taken = 0;
+        while (bench.out.permitted && (taken < 100u)) {
+            cycle_without(&bench, 1u << joint);
+            ++taken;
+        }
+        TEST_ASSERT_EQUAL(DEADLINE_CYCLES + 1u, taken);
+        assert_stopped(&bench, GUARD_REASON_JOINT_TIMEOUT, joint + 1u);
+    }
+}
+
+static void test_a_silent_task_ends_the_permission_at_its_deadline(void) {
+    run_until_permitted(&bench);
+    uint32_t taken = 0;
+    while (bench.out.permitted && (taken < 100u)) {
+        next_cycle(&bench);
+        receive(&bench, sync_frame(&bench));
+        for (uint32_t i = 0; i < JOINTS; ++i) {
+            receive(&bench, joint_frame(&bench, i));
+        }
+        tick(&bench);
+        ++taken;
+    }
+    TEST_ASSERT_EQUAL(2u * DEADLINE_CYCLES + 1u, taken);
+    assert_stopped(&bench, GUARD_REASON_TASK_TIMEOUT, 0u);
+}
+
+static void test_a_collision_trips_with_joint_value_and_number(void) {
+    run_until_permitted(&bench);
+    bench.torque[2] = (int16_t)(bench.torque[2] + 800); /* 8 Nm against a threshold of 2 Nm */
+    uint32_t taken = 0;
+    while (bench.out.permitted && (taken < 100u)) {
+        cycle(&bench);
+        ++taken;
+    }
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
+    /* 8 (1 - exp(-0.05 k)) passes 2 at k = 6; the debounce of 2 makes it 7. */
+    TEST_ASSERT_EQUAL(7, taken);
+    TEST_ASSERT_EQUAL(1, bench.out.trip_number);
+    TEST_ASSERT_EQUAL(2, bench.out.stop_category);
+    TEST_ASSERT_TRUE(bench.out.value_nm > NUM(2.0));
+    TEST_ASSERT_TRUE(bench.out.threshold_nm == NUM(2.0));
+    TEST_ASSERT_EQUAL_HEX8(0xF0, bench.out.frame[0].data[2]);
+}
+
+static void collide(uint32_t cycles_long) {
+    bench.torque[2] = (int16_t)(bench.torque[2] + 800);
+    cycles(&bench, cycles_long);
+    bench.torque[2] = (int16_t)(bench.torque[2] - 800);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
+}
+
+static void test_a_trip_stays_when_the_collision_is_over(void) {
+    run_until_permitted(&bench);
+    collide(20u);
+    cycles(&bench, 1000u);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
+}
+
+static void test_a_reset_that_names_the_trip_brings_the_permission_back(void) {
+    run_until_permitted(&bench);
+    collide(20u);
+    cycles(&bench, 200u);
+    ask_reset(&bench, bench.out.trip_number);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+    TEST_ASSERT_EQUAL(0, bench.guard.counters.resets_refused);
+}
+
+static void test_a_reset_with_another_number_is_refused_and_counted(void) {
+    run_until_permitted(&bench);
+    collide(20u);
+    cycles(&bench, 200u);
+    ask_reset(&bench, (uint8_t)(bench.out.trip_number + 1u));
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
+    TEST_ASSERT_EQUAL(1, bench.guard.counters.resets_refused);
+}
+
+static void test_a_reset_while_the_collision_goes_on_is_refused(void) {
+    run_until_permitted(&bench);
+    bench.torque[2] = (int16_t)(bench.torque[2] + 800);
+    cycles(&bench, 300u);
+    ask_reset(&bench, bench.out.trip_number);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
+    TEST_ASSERT_EQUAL(1, bench.guard.counters.resets_refused);
+}
+
+static void test_a_reset_before_the_inputs_were_good_for_long_enough_is_refused(void) {
+    run_until_permitted(&bench);
+    silent_cycles(&bench, 10u);
+    cycles(&bench, 15u); /* good for 15 ms, 20 ms are asked for */
+    ask_reset(&bench, bench.out.trip_number);
+    assert_stopped(&bench, GUARD_REASON_SYNC_TIMEOUT, 0u);
+    cycles(&bench, 10u);
+    ask_reset(&bench, bench.out.trip_number);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+}
+
+static void test_a_request_that_stays_at_one_is_no_reset(void) {
+    run_until_permitted(&bench);
+    ask_reset(&bench, 1u); /* an edge before there is a trip */
+    TEST_ASSERT_EQUAL(1, bench.guard.counters.resets_refused);
+    collide(20u);
+    for (uint32_t i = 0; i < 200u; ++i) {
+        receive(&bench, reset_frame(&bench, bench.out.trip_number, true));
+        cycle(&bench);
+        TEST_ASSERT_FALSE(bench.out.permitted);
+    }
+}
+
+static void test_every_trip_has_its_own_number(void) {
+    run_until_permitted(&bench);
+    for (uint32_t expected = 1; expected < 300u; ++expected) {
+        collide(12u);
+        TEST_ASSERT_EQUAL(((expected - 1u) % 255u) + 1u, bench.out.trip_number);
+        cycles(&bench, 120u);
+        ask_reset(&bench, bench.out.trip_number);
+        TEST_ASSERT_TRUE(bench.out.permitted);
+    }
+    TEST_ASSERT_EQUAL(299, bench.guard.counters.trips);
+}
+
+static void test_a_change_of_task_never_interrupts_the_permission(void) {
+    run_until_permitted(&bench);
+    for (uint32_t i = 0; i < 600u; ++i) {
+        bench.task = (uint8_t)(TASK_NONE + (i % 3u));
+        cycle(&bench);
+        TEST_ASSERT_TRUE(bench.out.permitted);
+        TEST_ASSERT_EQUAL(bench.task, bench.out.task);
+    }
+}
+
+static void test_an_invalid_task_ends_the_permission_at_once(void) {
+    run_until_permitted(&bench);
+    bench.task = TASK_INVALID;
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_TASK_INVALID, 0u);
+    TEST_ASSERT_EQUAL(1, bench.out.stop_category);
+}
+
+static void test_a_task_that_is_not_configured_is_invalid(void) {
+    guard_config_t config = make_config();
+    config.task[TASK_CONTACT].index = INDEX_OFF;
+    seal_config(&config);
+    start_with(&bench, &config);
+    run_until_permitted(&bench);
+    bench.task = TASK_CONTACT;
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_TASK_INVALID, 0u);
+}
+
+static void test_a_late_tick_is_a_fault_that_no_reset_ends(void) {
+    run_until_permitted(&bench);
+    bench.now_us += 5u * PERIOD_US;
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_TICK_LATE);
+    cycles(&bench, 200u);
+    ask_reset(&bench, bench.out.trip_number);
+    assert_fault(&bench, GUARD_REASON_TICK_LATE);
+    TEST_ASSERT_EQUAL(0, bench.out.stop_category);
+    TEST_ASSERT_EQUAL(GUARD_OK, guard_init(&bench.guard, &bench.config));
+    run_until_permitted(&bench);
+}
+
+static void test_a_tick_over_budget_is_a_fault(void) {
+    run_until_permitted(&bench);
+    guard_note_tick_time(&bench.guard, bench.config.tick_budget_us);
+    cycle(&bench);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+    guard_note_tick_time(&bench.guard, bench.config.tick_budget_us + 1u);
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_TICK_OVER_BUDGET);
+}
+
+static void test_time_going_backwards_is_a_fault(void) {
+    run_until_permitted(&bench);
+    bench.now_us -= 2u * PERIOD_US;
+    tick(&bench);
+    assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
+}
+
+static void test_a_reception_after_its_own_tick_is_a_fault(void) {
+    run_until_permitted(&bench);
+    next_cycle(&bench);
+    can_frame_t frame = sync_frame(&bench);
+    guard_receive(&bench.guard, &frame, bench.now_us + 1u);
+    tick(&bench);
+    assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
+}
+
+static void test_any_flipped_bit_of_the_configuration_is_a_fault_within_one_round(void) {
+    const uint32_t round = (uint32_t)(sizeof(guard_config_t) / CONFIG_WATCH_BYTES) + 2u;
+    for (uint32_t byte = 0; byte < sizeof(guard_config_t); byte += 3u) {
+        start(&bench);
+        run_until_permitted(&bench);
+        ((uint8_t *)&bench.config)[byte] ^= (uint8_t)(1u << (byte % 8u));
+        for (uint32_t i = 0; (i < 2u * round) && (bench.out.state != GUARD_STATE_FAULT); ++i) {
+            cycle(&bench);
+        }
+        TEST_ASSERT_EQUAL_MESSAGE(GUARD_STATE_FAULT, bench.out.state, "a flipped bit went unseen");
+    }
+}
+
+static void test_a_flipped_bit_of_the_state_is_a_fault(void) {
+    for (uint32_t bit = 0; bit < 32u; ++bit) {
+        start(&bench);
+        run_until_permitted(&bench);
+        bench.guard.state ^= 1u << bit;
+        cycle(&bench);
+        assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+    }
+}
+
+static void test_a_residual_that_is_no_number_is_a_fault(void) {
+#ifdef TAUPERP_FIXED
+    TEST_IGNORE_MESSAGE("a fixed-point number always is one");
+#else
+    run_until_permitted(&bench);
+    bench.guard.observer.residual[4] = 0.0f / 0.0f;
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+#endif
+}
+
+static void test_what_the_board_tells_latches_from_any_running_state(void) {
+    cycle(&bench);
+    guard_trip(&bench.guard, GUARD_REASON_BUS_OFF);
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_BUS_OFF, 0u);
+    start(&bench);
+    run_until_permitted(&bench);
+    guard_trip(&bench.guard, GUARD_REASON_SHUTDOWN);
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_SHUTDOWN, 0u);
+    guard_trip(&bench.guard, GUARD_REASON_STATE_CORRUPT);
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+}
+
+static void test_a_guard_without_a_good_configuration_says_stop(void) {
+    bench.config.period_us = 0u;
+    TEST_ASSERT_EQUAL(GUARD_BAD_CRC, guard_init(&bench.guard, &bench.config));
+    cycles(&bench, 5u);
+    TEST_ASSERT_EQUAL(GUARD_STATE_UNINITIALISED, bench.out.state);
+    TEST_ASSERT_FALSE(bench.out.permitted);
+    TEST_ASSERT_EQUAL(0x010, bench.out.frame[0].id);
+    TEST_ASSERT_EQUAL_HEX8(0xF0, bench.out.frame[0].data[2]);
+}
+
+static void test_the_guard_fits_its_memory(void) {
+    TEST_ASSERT_TRUE(sizeof(guard_t) <= 4096u);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_motion_is_not_permitted_before_every_input_is_in);
+    RUN_TEST(test_the_first_tick_is_the_self_test_and_permits_nothing);
+    RUN_TEST(test_permission_comes_with_fresh_inputs_and_every_tick);
+    RUN_TEST(test_without_a_task_motion_is_never_permitted);
+    RUN_TEST(test_one_lost_cycle_is_bridged);
+    RUN_TEST(test_a_silent_bus_ends_the_permission_at_the_deadline_and_latches);
+    RUN_TEST(test_one_silent_joint_ends_the_permission_at_the_deadline_and_is_named);
+    RUN_TEST(test_a_silent_task_ends_the_permission_at_its_deadline);
+    RUN_TEST(test_a_collision_trips_with_joint_value_and_number);
+    RUN_TEST(test_a_trip_stays_when_the_collision_is_over);
+    RUN_TEST(test_a_reset_that_names_the_trip_brings_the_permission_back);
+    RUN_TEST(test_a_reset_with_another_number_is_refused_and_counted);
+    RUN_TEST(test_a_reset_while_the_collision_goes_on_is_refused);
+    RUN_TEST(test_a_reset_before_the_inputs_were_good_for_long_enough_is_refused);
+    RUN_TEST(test_a_request_that_stays_at_one_is_no_reset);
+    RUN_TEST(test_every_trip_has_its_own_number);
+    RUN_TEST(test_a_change_of_task_never_interrupts_the_permission);
+    RUN_TEST(test_an_invalid_task_ends_the_permission_at_once);
+    RUN_TEST(test_a_task_that_is_not_configured_is_invalid);
+    RUN_TEST(test_a_late_tick_is_a_fault_that_no_reset_ends);
+    RUN_TEST(test_a_tick_over_budget_is_a_fault);
+    RUN_TEST(test_time_going_backwards_is_a_fault);
+    RUN_TEST(test_a_reception_after_its_own_tick_is_a_fault);
+    RUN_TEST(test_any_flipped_bit_of_the_configuration_is_a_fault_within_one_round);
+    RUN_TEST(test_a_flipped_bit_of_the_state_is_a_fault);
+    RUN_TEST(test_a_residual_that_is_no_number_is_a_fault);
+    RUN_TEST(test_what_the_board_tells_latches_from_any_running_state);
+    RUN_TEST(test_a_guard_without_a_good_configuration_says_stop);
+    RUN_TEST(test_the_guard_fits_its_memory);
+    return UNITY_END();
+}
