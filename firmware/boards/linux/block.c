@@ -1,0 +1,118 @@
+#define _GNU_SOURCE /* -std=c11 hides what is not ISO C */
+#include "block.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "options.h"
+
+/* Bytes read, up to `size`; -1 with errno. */
+static ssize_t read_all(int file, unsigned char *bytes, size_t size) {
+    size_t done = 0;
+    while (done < size) {
+        const ssize_t more = read(file, &bytes[done], size - done);
+        if ((more < 0) && (errno == EINTR)) {
+            continue;
+        }
+        if (more < 0) {
+            return -1;
+        }
+        if (more == 0) {
+            break;
+        }
+        done += (size_t)more;
+    }
+    return (ssize_t)done;
+}
+
+static bool is_for(const guard_config_t *block, const char *path, const char *robot) {
+    char name[ROBOT_NAME_LENGTH + 1u] = {0};
+    (void)memcpy(name, block->robot.name, ROBOT_NAME_LENGTH);
+    if (strcmp(name, robot) == 0) {
+        return true;
+    }
+    /* A name is printed only from what is a block at all. */
+    if (block->magic == CONFIG_MAGIC) {
+        complain("%s: the block is for the robot '%s', not for '%s'", path, name, robot);
+    } else {
+        complain("%s: %s", path, block_problem(GUARD_BAD_MAGIC));
+    }
+    return false;
+}
+
+const guard_config_t *block_load(const char *path, const char *robot) {
+    const size_t size = sizeof(guard_config_t);
+    const int file = open(path, O_RDONLY | O_CLOEXEC);
+    if (file < 0) {
+        complain("%s: %s", path, strerror(errno));
+        return NULL;
+    }
+    /* One byte more than a block, to see a file that is too long. */
+    void *const memory = mmap(NULL, size + 1u, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    const ssize_t length = (memory == MAP_FAILED) ? -1 : read_all(file, memory, size + 1u);
+    const int reason = errno;
+    (void)close(file);
+    if (length < 0) {
+        complain("%s: %s", path, strerror(reason));
+        return NULL;
+    }
+    const guard_config_t *const block = memory;
+    if (((size_t)length >= sizeof block->magic) && (block->magic != CONFIG_MAGIC)) {
+        complain("%s: %s", path, block_problem(GUARD_BAD_MAGIC));
+        return NULL;
+    }
+    if ((size_t)length != size) {
+        complain("%s: %s%zd bytes, a configuration block of this firmware has %zu", path,
+                 ((size_t)length > size) ? "more than " : "", ((size_t)length > size) ? length - 1 : length, size);
+        return NULL;
+    }
+    if (!is_for(block, path, robot)) {
+        return NULL;
+    }
+    if (mprotect(memory, size + 1u, PROT_READ) != 0) {
+        complain("%s: %s", path, strerror(errno));
+        return NULL;
+    }
+    return block;
+}
+
+const char *block_problem(guard_status_t status) {
+    switch (status) {
+    case GUARD_BAD_MAGIC:
+        return "not a configuration block (made by 'tauperp config FILE -o OUT')";
+    case GUARD_BAD_SCHEMA:
+        return "made for another version of the firmware; make it anew by 'tauperp config'";
+    case GUARD_BAD_SIZE:
+        return "the size that it states is not that of a block of this firmware";
+    case GUARD_BAD_CRC:
+        return "its CRC is wrong: the file is damaged or was edited";
+    case GUARD_BAD_NUMERIC:
+        return "made for the other number type (see 'tauperp config --numeric')";
+    case GUARD_BAD_WIRE:
+        return "made for another DBC; make it anew by 'tauperp config'";
+    case GUARD_BAD_ROBOT:
+        return "its robot table is not one";
+    case GUARD_BAD_TIMING:
+        return "a period, deadline or budget is out of its range";
+    case GUARD_BAD_TASK:
+        return "a task has a threshold or debounce that is not positive or an unknown index, or no task is on";
+    case GUARD_CONTACT_NEEDS_7_JOINTS:
+        return "d_e needs 7 joints: with fewer it would see nothing";
+    case GUARD_PAYLOAD_NEEDS_6_JOINTS:
+        return "d_p needs 6 joints: with fewer it would see nothing";
+    case GUARD_BAD_OBSERVER:
+        return "the observer's constants do not belong together";
+    case GUARD_BAD_SUBSPACE:
+        return "the projection's tolerance, lever or basis is out of its range";
+    case GUARD_BAD_STOP:
+        return "a stop category is none of 0, 1 and 2";
+    case GUARD_STATUS_NONE:
+    case GUARD_OK:
+    default:
+        return "refused";
+    }
+}

@@ -1,0 +1,21 @@
+/* histogram: durations in whole microseconds, 0 to HISTOGRAM_LIMIT - 1, and what is above in one bin. */
+#ifndef TAUPERP_LINUX_HISTOGRAM_H
+#define TAUPERP_LINUX_HISTOGRAM_H
+
+#include <stdint.h>
+
+#define HISTOGRAM_LIMIT 8192u
+
+typedef struct {
+    uint64_t count;
+    uint64_t longest;
+    uint32_t bin[HISTOGRAM_LIMIT + 1u];
+} histogram_t;
+
+void histogram_add(histogram_t *self, uint64_t duration_us);
+
+/* The duration that `percent` (0 to 100) of them do not exceed; the longest where that is in the bin above; 0 of none.
+ */
+uint64_t histogram_percentile(const histogram_t *self, uint32_t percent);
+
+#endif

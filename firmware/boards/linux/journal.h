@@ -1,0 +1,52 @@
+/* journal: what the process says on stdout, as text for a person or as one JSON object a line.
+ *
+ * The loop never waits for its reader: a line that does not fit at once is dropped and counted. No line allocates.
+ * now_us is guard time.
+ */
+#ifndef TAUPERP_LINUX_JOURNAL_H
+#define TAUPERP_LINUX_JOURNAL_H
+
+#include "guard.h"
+#include "histogram.h"
+#include "options.h"
+
+/* Since the start. */
+typedef struct {
+    uint64_t frames;       /* given to the guard */
+    uint64_t error_frames; /* of the CAN controller */
+    uint64_t overflows;    /* frames that the kernel or the controller had to drop */
+    uint64_t ticks;
+    uint64_t fresh_ticks; /* on a complete cycle */
+    uint64_t timer_ticks; /* made by the clock, for want of one */
+    uint64_t permits;     /* ticks with permission */
+    uint64_t sent;
+    uint64_t unsent;      /* frames that the bus did not take */
+    histogram_t response; /* us from reception of the frame that completed a cycle to the answer handed to the kernel */
+    histogram_t work; /* us from that frame being read to the answer being ready: this process, without the kernel */
+} journal_counts_t;
+
+typedef struct {
+    bool json;
+    bool verbose;
+    uint64_t dropped; /* lines */
+} journal_t;
+
+/* What the kernel refused, NULL where it granted it. */
+typedef struct {
+    const char *priority;
+    const char *locking;
+} journal_denied_t;
+
+void journal_start(journal_t *self, const options_t *options, const guard_config_t *block, journal_denied_t denied);
+
+/* A change of state or reason. */
+void journal_state(journal_t *self, uint64_t now_us, const guard_output_t *out);
+
+/* Something that happened to the bus; `detail` may be NULL. */
+void journal_bus(journal_t *self, uint64_t now_us, const char *event, const char *detail);
+
+/* Counters; to be called once a second, and for the last time at the end. */
+void journal_counts(journal_t *self, uint64_t now_us, const journal_counts_t *counts, const guard_counters_t *guard,
+                    bool last);
+
+#endif

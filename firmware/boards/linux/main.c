@@ -1,0 +1,62 @@
+/* tauperp-guard: the guard as a process on SocketCAN. See README.md for a real adapter. */
+#define _GNU_SOURCE /* -std=c11 hides what is not ISO C */
+#include <errno.h>
+#include <sched.h>
+#include <string.h>
+#include <sys/mman.h>
+
+#include "block.h"
+#include "loop.h"
+#include "options.h"
+
+enum { EXIT_ENDED = 0, EXIT_CANNOT = 1, EXIT_BAD_INPUT = 2 };
+
+#define STACK_BYTES (128 * 1024) /* well above what the loop needs: its pages are there before it begins */
+
+static void touch_stack(void) {
+    volatile unsigned char stack[STACK_BYTES];
+    for (size_t i = 0; i < sizeof stack; i += 1024u) {
+        stack[i] = 0;
+    }
+}
+
+static journal_denied_t ask_for_real_time(int priority) {
+    journal_denied_t denied = {NULL, NULL};
+    if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+        denied.locking = strerror(errno);
+    }
+    touch_stack();
+    const struct sched_param wanted = {.sched_priority = priority};
+    if (priority == 0) {
+        denied.priority = "not asked for";
+    } else if (sched_setscheduler(0, SCHED_FIFO, &wanted) != 0) {
+        denied.priority = strerror(errno);
+    } else {
+        /* granted */
+    }
+    return denied;
+}
+
+int main(int argc, char **argv) {
+    static loop_t loop; /* too large for the stack */
+    options_t options;
+    const options_status_t asked = options_read(&options, argc, argv);
+    if (asked != OPTIONS_OK) {
+        return (asked == OPTIONS_DONE) ? EXIT_ENDED : EXIT_BAD_INPUT;
+    }
+    loop.config = block_load(options.config, options.robot);
+    if (loop.config == NULL) {
+        return EXIT_BAD_INPUT;
+    }
+    const guard_status_t status = guard_init(&loop.guard, loop.config);
+    if (status != GUARD_OK) {
+        complain("%s: %s", options.config, block_problem(status));
+        return EXIT_BAD_INPUT;
+    }
+    if (!bus_open(&loop.bus, options.channel, loop.config->format == (uint32_t)FORMAT_FD)) {
+        return EXIT_BAD_INPUT;
+    }
+    loop.in_lockstep = options.lockstep;
+    journal_start(&loop.journal, &options, loop.config, ask_for_real_time(options.priority));
+    return loop_run(&loop) ? EXIT_ENDED : EXIT_CANNOT;
+}

@@ -1,0 +1,28 @@
+# The guard as a process on SocketCAN: build/tauperp-guard, in fixed point, and under the sanitizers for its tests.
+LINUX_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(wildcard firmware/boards/linux/*.c)
+
+.PHONY: guard guard-fixed guard-sanitized
+
+guard: $(BUILD)/tauperp-guard ## build the guard as a SocketCAN process: build/tauperp-guard
+guard-fixed: $(BUILD)/fixed/tauperp-guard
+guard-sanitized: $(BUILD)/sanitized/tauperp-guard
+
+# $(call LINUX_RULES,NAME,FLAGS,FOLDER)
+define LINUX_RULES
+LINUX_OBJECTS_$(1) = $$(LINUX_SOURCES:%.c=$(BUILD)/object/linux-$(1)/%.o)
+
+$(BUILD)/object/linux-$(1)/%.o: %.c tools/make/firmware.mk tools/make/linux.mk
+	@mkdir -p $$(@D)
+	@echo 'cc $$< (linux, $(1))'
+	@$$(CC) $$(CFLAGS_ALL) $(2) $$(call warnings_for,$$<) -c -o $$@ $$<
+
+$(3)/tauperp-guard: $$(LINUX_OBJECTS_$(1))
+	@mkdir -p $$(@D)
+	@$$(CC) $(2) -o $$@.new $$^
+	@mv $$@.new $$@
+
+-include $$(LINUX_OBJECTS_$(1):.o=.d)
+endef
+$(eval $(call LINUX_RULES,float,-O2,$(BUILD)))
+$(eval $(call LINUX_RULES,fixed,-O2 $(FLAGS_fixed),$(BUILD)/fixed))
+$(eval $(call LINUX_RULES,sanitized,$(SANITIZE),$(BUILD)/sanitized))
