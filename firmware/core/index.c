@@ -8,26 +8,24 @@ void index_init(index_t *self) {
     *self = (index_t){0};
 }
 
-/* The part of v across gravity, in the unit of v. */
-static vec3_t across_gravity(vec3_t v, vec3_t gravity, uint32_t *saturations) {
-    const num_t square = vec3_dot(gravity, gravity, saturations);
-    if (!(square > NUM(0))) {
+/* Zero of zero. */
+static vec3_t unit(vec3_t v, uint32_t *saturations) {
+    const num_wide_t square = num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z);
+    if (!(square > num_widen(NUM(0)))) {
         return v;
     }
-    const num_t ratio = num_div(vec3_dot(v, gravity, saturations), square, saturations);
-    return (vec3_t){.x = v.x - num_mul(ratio, gravity.x, saturations),
-                    .y = v.y - num_mul(ratio, gravity.y, saturations),
-                    .z = v.z - num_mul(ratio, gravity.z, saturations)};
+    const num_inverse_t inverse = num_inverse_root(square);
+    return (vec3_t){.x = num_times(v.x, inverse, saturations),
+                    .y = num_times(v.y, inverse, saturations),
+                    .z = num_times(v.z, inverse, saturations)};
 }
 
-static vec3_t unit(vec3_t v, uint32_t *saturations) {
-    const num_t length = num_root(num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z));
-    if (!(length > NUM(0))) {
-        return v;
-    }
-    return (vec3_t){.x = num_div(v.x, length, saturations),
-                    .y = num_div(v.y, length, saturations),
-                    .z = num_div(v.z, length, saturations)};
+/* The part of v across a unit vector, all of it across zero. */
+static vec3_t across(vec3_t v, vec3_t direction, uint32_t *saturations) {
+    const num_t along = vec3_dot(v, direction, saturations);
+    return (vec3_t){.x = num_subtract(v.x, num_mul(along, direction.x, saturations), saturations),
+                    .y = num_subtract(v.y, num_mul(along, direction.y, saturations), saturations),
+                    .z = num_subtract(v.z, num_mul(along, direction.z, saturations), saturations)};
 }
 
 static void force_column(const motion_t *motion, uint32_t joints, vec3_t direction, num_t column[],
@@ -54,8 +52,9 @@ static uint32_t instantaneous_basis(index_t *self, const subspace_config_t *conf
     uint32_t *const sat = &self->saturations;
     uint32_t count = 0;
     if (kind == INDEX_PAYLOAD) {
-        force_column(motion, joints, unit(robot->gravity, sat), column[0], sat);
-        force_column(motion, joints, across_gravity(acceleration, robot->gravity, sat), column[1], sat);
+        const vec3_t down = unit(robot->gravity, sat);
+        force_column(motion, joints, down, column[0], sat);
+        force_column(motion, joints, across(acceleration, down, sat), column[1], sat);
         count = 2;
     } else if (kind == INDEX_CONTACT) {
         for (count = 0; count < 3u; ++count) {
@@ -71,15 +70,17 @@ static uint32_t instantaneous_basis(index_t *self, const subspace_config_t *conf
     return count;
 }
 
-/* The observer's low-pass on the columns, as an average over the time that this basis has been in force. */
+/* The observer's low-pass on the columns, as an average over the time that this basis has been in force. The sample at
+ * which the observer starts (decay 0) has no part in r, and so none in the average. */
 static void filter_basis(index_t *self, uint32_t joints, uint32_t count, num_t decay,
                          num_t column[][ROBOT_MAX_JOINTS]) {
     const num_t share = NUM(1) - decay;
-    self->weight = num_mul(decay, self->weight, &self->saturations) + share;
+    self->weight = (decay > NUM(0)) ? (num_mul(decay, self->weight, &self->saturations) + share) : NUM(0);
     const num_t gain = (self->weight > share) ? num_div(share, self->weight, &self->saturations) : NUM(1);
     for (uint32_t c = 0; c < count; ++c) {
         for (uint32_t i = 0; i < joints; ++i) {
-            self->column[c][i] += num_mul(gain, column[c][i] - self->column[c][i], &self->saturations);
+            const num_wide_t before = num_wide(NUM(1) - gain, self->column[c][i]);
+            self->column[c][i] = num_narrow(before + num_wide(gain, column[c][i]), &self->saturations);
         }
     }
 }
@@ -88,11 +89,11 @@ static void filter_basis(index_t *self, uint32_t joints, uint32_t count, num_t d
 static void hand_over(index_t *self, uint32_t joints, const num_t residual[]) {
     num_t unexplained[ROBOT_MAX_JOINTS] = {NUM(0)};
     for (uint32_t i = 0; i < joints; ++i) {
-        unexplained[i] = residual[i] - self->fading[i];
+        unexplained[i] = num_subtract(residual[i], self->fading[i], &self->saturations);
     }
     subspace_reject(&self->subspace, unexplained, unexplained);
     for (uint32_t i = 0; i < joints; ++i) {
-        self->fading[i] = residual[i] - unexplained[i];
+        self->fading[i] = num_subtract(residual[i], unexplained[i], &self->saturations);
     }
     self->weight = NUM(0);
 }
@@ -119,7 +120,7 @@ void index_step(index_t *self, const subspace_config_t *config, index_kind_t kin
     }
     subspace_step(&self->subspace, joints, count, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, config->tolerance);
     for (uint32_t i = 0; i < joints; ++i) {
-        self->value[i] = observer->residual[i] - self->fading[i];
+        self->value[i] = num_subtract(observer->residual[i], self->fading[i], &self->saturations);
     }
     subspace_reject(&self->subspace, self->value, self->value);
 }

@@ -36,6 +36,13 @@ static vec3_t base_row(const robot_t *robot, uint32_t i) {
     return (vec3_t){.x = robot->base[i][0], .y = robot->base[i][1], .z = robot->base[i][2]};
 }
 
+/* Components in the base frame of a vector of the frame that has these rows. */
+static inline vec3_t out_of_link(vec3_t row_x, vec3_t row_y, vec3_t row_z, vec3_t v, uint32_t *saturations) {
+    return (vec3_t){.x = vec3_dot(row_x, v, saturations),
+                    .y = vec3_dot(row_y, v, saturations),
+                    .z = vec3_dot(row_z, v, saturations)};
+}
+
 static inline vec3_t axis_of(vec3_t row_x, vec3_t row_y, vec3_t row_z) {
     return (vec3_t){.x = row_x.z, .y = row_y.z, .z = row_z.z};
 }
@@ -56,17 +63,15 @@ static void forward(motion_t *self, const robot_t *robot, const num_t q[], const
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
         const robot_joint_t *const joint = &robot->joint[i];
         link_t *const link = &links[i];
-        link->turn = num_sincos(q[i] + joint->zero_rad);
-        const vec3_t at_joint = vec3_add(parent.linear, vec3_cross(parent.angular, joint->offset, sat));
+        link->turn = num_sincos(num_add(q[i], joint->zero_rad, sat));
+        const vec3_t at_joint = vec3_add(parent.linear, vec3_cross(parent.angular, joint->offset, sat), sat);
         link->angular = into_link(joint, link->turn, parent.angular, sat);
-        link->angular.z += qd[i];
+        link->angular.z = num_add(link->angular.z, qd[i], sat);
         link->linear = into_link(joint, link->turn, at_joint, sat);
         link->gravity = into_link(joint, link->turn, parent.gravity, sat);
         parent = *link;
 
-        origin = vec3_add(origin, (vec3_t){.x = vec3_dot(row_x, joint->offset, sat),
-                                           .y = vec3_dot(row_y, joint->offset, sat),
-                                           .z = vec3_dot(row_z, joint->offset, sat)});
+        origin = vec3_add(origin, out_of_link(row_x, row_y, row_z, joint->offset, sat), sat);
         origins[i] = origin;
         row_x = turn_row(joint, link->turn, row_x, sat);
         row_y = turn_row(joint, link->turn, row_y, sat);
@@ -76,16 +81,38 @@ static void forward(motion_t *self, const robot_t *robot, const num_t q[], const
         self->jacobian[4][i] = axis.y;
         self->jacobian[5][i] = axis.z;
     }
-    const vec3_t tip = vec3_add(origin, (vec3_t){.x = vec3_dot(row_x, robot->tip, sat),
-                                                 .y = vec3_dot(row_y, robot->tip, sat),
-                                                 .z = vec3_dot(row_z, robot->tip, sat)});
+    const vec3_t tip = vec3_add(origin, out_of_link(row_x, row_y, row_z, robot->tip, sat), sat);
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
         const vec3_t axis = {.x = self->jacobian[3][i], .y = self->jacobian[4][i], .z = self->jacobian[5][i]};
-        const vec3_t linear = vec3_cross(axis, vec3_subtract(tip, origins[i]), sat);
+        const vec3_t linear = vec3_cross(axis, vec3_subtract(tip, origins[i], sat), sat);
         self->jacobian[0][i] = linear.x;
         self->jacobian[1][i] = linear.y;
         self->jacobian[2][i] = linear.z;
     }
+}
+
+/* Linear momentum of a link beyond what the velocity of its origin gives, which is in the parent's share: w x h. */
+static inline vec3_t own_momentum(const robot_joint_t *joint, vec3_t w, uint32_t *saturations) {
+    const num_t hx = joint->moment_x;
+    const num_t hy = joint->moment_y;
+    return (vec3_t){.x = -num_mul(w.z, hy, saturations),
+                    .y = num_mul(w.z, hx, saturations),
+                    .z = num_narrow(num_wide(w.x, hy) - num_wide(w.y, hx), saturations)};
+}
+
+/* I w + h x v. The sums of up to five products fit because robot_holds keeps the table's factors below 64. */
+static inline vec3_t own_angular_momentum(const robot_joint_t *joint, vec3_t w, vec3_t v, uint32_t *saturations) {
+    const num_t hx = joint->moment_x;
+    const num_t hy = joint->moment_y;
+    return (vec3_t){
+        .x = num_narrow(num_wide(joint->inertia_xx, w.x) + num_wide(joint->inertia_xy, w.y) +
+                            num_wide(joint->inertia_xz, w.z) + num_wide(hy, v.z),
+                        saturations),
+        .y = num_narrow(num_wide(joint->inertia_xy, w.x) + num_wide(joint->inertia_yz, w.z) - num_wide(hx, v.z),
+                        saturations),
+        .z = num_narrow(num_wide(joint->inertia_xz, w.x) + num_wide(joint->inertia_yz, w.y) +
+                            num_wide(joint->inertia_zz, w.z) + num_wide(hx, v.y) - num_wide(hy, v.x),
+                        saturations)};
 }
 
 static void backward(motion_t *self, const robot_t *robot, const link_t links[]) {
@@ -97,32 +124,21 @@ static void backward(motion_t *self, const robot_t *robot, const link_t links[])
         const robot_joint_t *const joint = &robot->joint[i];
         const vec3_t w = links[i].angular;
         const vec3_t v = links[i].linear;
-        const num_t hx = joint->moment_x;
-        const num_t hy = joint->moment_y;
-        linear.x -= num_mul(w.z, hy, sat);
-        linear.y += num_mul(w.z, hx, sat);
-        linear.z += num_narrow(num_wide(w.x, hy) - num_wide(w.y, hx), sat);
-        angular.x += num_narrow(num_wide(joint->inertia_xx, w.x) + num_wide(joint->inertia_xy, w.y) +
-                                    num_wide(joint->inertia_xz, w.z) + num_wide(hy, v.z),
-                                sat);
-        angular.y +=
-            num_narrow(num_wide(joint->inertia_xy, w.x) + num_wide(joint->inertia_yz, w.z) - num_wide(hx, v.z), sat);
-        angular.z += num_narrow(num_wide(joint->inertia_xz, w.x) + num_wide(joint->inertia_yz, w.y) +
-                                    num_wide(joint->inertia_zz, w.z) + num_wide(hx, v.y) - num_wide(hy, v.x),
-                                sat);
-        moment.x += hx;
-        moment.y += hy;
+        linear = vec3_add(linear, own_momentum(joint, w, sat), sat);
+        angular = vec3_add(angular, own_angular_momentum(joint, w, v, sat), sat);
+        moment.x = num_add(moment.x, joint->moment_x, sat);
+        moment.y = num_add(moment.y, joint->moment_y, sat);
 
         const vec3_t gravity = links[i].gravity;
         self->momentum[i] = angular.z;
-        self->coriolis[i] = num_mul(angular.x, w.y, sat) - num_mul(angular.y, w.x, sat) + num_mul(linear.x, v.y, sat) -
-                            num_mul(linear.y, v.x, sat);
+        self->coriolis[i] = num_add(num_narrow(num_wide(angular.x, w.y) - num_wide(angular.y, w.x), sat),
+                                    num_narrow(num_wide(linear.x, v.y) - num_wide(linear.y, v.x), sat), sat);
         self->gravity[i] = num_narrow(num_wide(moment.y, gravity.x) - num_wide(moment.x, gravity.y), sat);
 
         linear = into_parent(joint, links[i].turn, linear, sat);
         angular = into_parent(joint, links[i].turn, angular, sat);
         moment = into_parent(joint, links[i].turn, moment, sat);
-        angular = vec3_add(angular, vec3_cross(joint->offset, linear, sat));
+        angular = vec3_add(angular, vec3_cross(joint->offset, linear, sat), sat);
     }
 }
 

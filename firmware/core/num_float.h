@@ -8,6 +8,12 @@
 #define NUM(x)      ((num_t)(x))
 #define NUM_NUMERIC 1u
 
+typedef float num_inverse_t; /* 1 / sqrt(.) */
+
+static inline num_t num_abs(num_t a) {
+    return (a < 0.0f) ? -a : a;
+}
+
 static inline num_t num_from_int(int32_t a) {
     return (num_t)a;
 }
@@ -23,6 +29,16 @@ static inline num_t num_narrow(num_wide_t a, uint32_t *saturations) {
     return a;
 }
 
+static inline num_t num_add(num_t a, num_t b, uint32_t *saturations) {
+    (void)saturations;
+    return a + b;
+}
+
+static inline num_t num_subtract(num_t a, num_t b, uint32_t *saturations) {
+    (void)saturations;
+    return a - b;
+}
+
 static inline num_t num_mul(num_t a, num_t b, uint32_t *saturations) {
     (void)saturations;
     return a * b;
@@ -35,6 +51,26 @@ static inline num_t num_div(num_t a, num_t b, uint32_t *saturations) {
 
 static inline num_t num_root(num_wide_t square) {
     return __builtin_sqrtf(square);
+}
+
+static inline num_inverse_t num_inverse_root(num_wide_t square) {
+    return 1.0f / __builtin_sqrtf(square);
+}
+
+static inline num_t num_times(num_t a, num_inverse_t inverse, uint32_t *saturations) {
+    (void)saturations;
+    return a * inverse;
+}
+
+static inline int32_t num_headroom(num_t largest) {
+    (void)largest;
+    return 0;
+}
+
+static inline num_t num_shift(num_t a, int32_t shift, uint32_t *saturations) {
+    (void)shift;
+    (void)saturations;
+    return a;
 }
 
 /* False for NaN and infinity: both are what they are by an exponent of all ones. */

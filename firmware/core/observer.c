@@ -4,16 +4,25 @@ void observer_init(observer_t *self) {
     *self = (observer_t){0};
 }
 
-static void remember(observer_t *self, uint32_t joint, const motion_t *motion, num_t torque) {
+/* How much the sample at the interval's beginning has in the mean torque over the interval, by its length: of samples
+ * at both ends, half; of means over one cycle each, what a torque that changes steadily needs. */
+static const num_t share_instant[CONFIG_MAX_GAP] = {NUM(0.5), NUM(0.5), NUM(0.5), NUM(0.5)};
+static const num_t share_interval[CONFIG_MAX_GAP] = {NUM(0), NUM(0.25), NUM(0.333333333), NUM(0.375)};
+
+static num_t drift_of(observer_t *self, const motion_t *motion, uint32_t joint) {
+    return num_subtract(motion->coriolis[joint], motion->gravity[joint], &self->saturations);
+}
+
+static void remember(observer_t *self, uint32_t joint, const motion_t *motion, num_t drift, num_t torque) {
     self->momentum[joint] = motion->momentum[joint];
-    self->drift[joint] = motion->coriolis[joint] - motion->gravity[joint];
+    self->drift[joint] = drift;
     self->torque[joint] = torque;
 }
 
 static void start(observer_t *self, uint32_t joints, const motion_t *motion, const num_t torque[]) {
     for (uint32_t i = 0; i < joints; ++i) {
         self->residual[i] = NUM(0);
-        remember(self, i, motion, torque[i]);
+        remember(self, i, motion, drift_of(self, motion, i), torque[i]);
     }
     self->decay = NUM(0);
     self->started = true;
@@ -29,15 +38,17 @@ void observer_step(observer_t *self, const observer_config_t *config, uint32_t j
     const num_t decay = config->decay[gap - 1u];
     const num_t gain = config->gain[gap - 1u];
     const num_t momentum_gain = config->momentum_gain[gap - 1u];
-    const bool interval = (config->torque_sample == (uint32_t)TORQUE_INTERVAL) && (gap == 1u);
+    const bool interval = config->torque_sample == (uint32_t)TORQUE_INTERVAL;
+    const num_t share = (interval ? share_interval : share_instant)[gap - 1u];
     for (uint32_t i = 0; i < joints; ++i) {
-        const num_t change = motion->momentum[i] - self->momentum[i];
-        const num_t before = interval ? torque[i] : self->torque[i];
-        const num_t twice = before + torque[i] + self->drift[i] + motion->coriolis[i] - motion->gravity[i];
-        const num_t mean = num_mul(twice, NUM(0.5), sat);
+        const num_t change = num_subtract(motion->momentum[i], self->momentum[i], sat);
+        const num_t drift = drift_of(self, motion, i);
+        const num_t mean = num_narrow(num_wide(share, self->torque[i]) + num_wide(NUM(1) - share, torque[i]) +
+                                          num_wide(NUM(0.5), self->drift[i]) + num_wide(NUM(0.5), drift),
+                                      sat);
         self->residual[i] = num_narrow(
             num_wide(decay, self->residual[i]) + num_wide(gain, mean) - num_wide(momentum_gain, change), sat);
-        remember(self, i, motion, torque[i]);
+        remember(self, i, motion, drift, torque[i]);
     }
     self->decay = decay;
 }

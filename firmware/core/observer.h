@@ -3,11 +3,11 @@
  *     r+ = a r + (1 - a) [ tau + C^T qd - g - (p_k - p_{k-1}) / T ],   a = exp(-K T)
  *
  * is the exact discretisation of eq. 21 with the p(0) that the paper leaves out: the first sample only sets p(0), and
- * r starts at zero. C^T qd - g is the mean of both ends of the interval. tau is the mean over the interval where the
- * sensor says so (TORQUE_INTERVAL), else the mean of the samples at both ends. A step may bridge up to CONFIG_MAX_GAP
- * cycles, with the constants of that distance: a lost cycle costs no error.
+ * r starts at zero. C^T qd - g is the mean of both ends of the interval. tau is the sample where that is the mean over
+ * the last cycle (TORQUE_INTERVAL), else the mean of the samples at both ends. A step may bridge up to CONFIG_MAX_GAP
+ * cycles, with the constants of that distance, as if everything had changed steadily in between.
  *
- * r in Nm, positive where the robot pushes on the world (r = -J^T F_on_robot). Cost: 10 products a joint.
+ * r in Nm, positive where the robot pushes on the world (r = -J^T F_on_robot). Cost: 7 products a joint.
  */
 #ifndef TAUPERP_OBSERVER_H
 #define TAUPERP_OBSERVER_H

@@ -12,12 +12,25 @@ static bool zero_behind(const robot_t *robot) {
 
 static bool is_one(num_wide_t square) {
     uint32_t saturations = 0;
-    const num_t error = num_narrow(square, &saturations) - NUM(1);
+    const num_t error = num_subtract(num_narrow(square, &saturations), NUM(1), &saturations);
     return (error < NUM(1e-5)) && (error > NUM(-1e-5)); /* false for NaN */
 }
 
+/* Below 64 in size: no arm of this wire's torques is near, and sums of products stay in range (num.h). Not so for NaN.
+ */
+static bool moderate(num_t a) {
+    return num_abs(a) < NUM(64);
+}
+
+static bool vec3_moderate(const vec3_t *v) {
+    return moderate(v->x) && moderate(v->y) && moderate(v->z);
+}
+
 static bool joint_holds(const robot_joint_t *joint) {
-    return is_one(num_wide(joint->cos_twist, joint->cos_twist) + num_wide(joint->sin_twist, joint->sin_twist)) &&
+    return vec3_moderate(&joint->offset) && moderate(joint->zero_rad) && moderate(joint->moment_x) &&
+           moderate(joint->moment_y) && moderate(joint->inertia_xx) && moderate(joint->inertia_xy) &&
+           moderate(joint->inertia_xz) && moderate(joint->inertia_yz) && moderate(joint->inertia_zz) &&
+           is_one(num_wide(joint->cos_twist, joint->cos_twist) + num_wide(joint->sin_twist, joint->sin_twist)) &&
            (joint->position_min_rad < joint->position_max_rad) && (joint->velocity_max_rad_s > NUM(0)) &&
            (joint->torque_max_nm > NUM(0));
 }
@@ -26,7 +39,7 @@ bool robot_holds(const robot_t *robot) {
     if ((robot->joint_count < 1u) || (robot->joint_count > ROBOT_MAX_JOINTS)) {
         return false;
     }
-    bool holds = zero_behind(robot);
+    bool holds = zero_behind(robot) && vec3_moderate(&robot->gravity) && vec3_moderate(&robot->tip);
     for (uint32_t i = 0; i < 3u; ++i) {
         const num_t *const row = robot->base[i];
         holds = holds && is_one(num_wide(row[0], row[0]) + num_wide(row[1], row[1]) + num_wide(row[2], row[2]));

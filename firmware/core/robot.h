@@ -51,8 +51,9 @@ typedef struct {
     robot_joint_t joint[ROBOT_MAX_JOINTS]; /* entries from joint_count on are zero */
 } robot_t;
 
-/* True if the table can be walked: 1 to 8 joints, twists and base of unit length, ranges ordered, and zero behind
- * the last joint. It does not repeat the generator's comparison with Pinocchio. Cost: one pass over the table. */
+/* True if the table can be walked: 1 to 8 joints, twists and base of unit length, ranges ordered, lengths, moments
+ * and inertias below 64, and zero behind the last joint. It does not repeat the generator's comparison with Pinocchio.
+ * Cost: one pass over the table. */
 bool robot_holds(const robot_t *robot);
 
 #endif

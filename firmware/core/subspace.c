@@ -4,39 +4,51 @@
 typedef struct {
     num_t row[SUBSPACE_MAX_COLUMNS][SUBSPACE_MAX_COLUMNS];
     num_wide_t square[SUBSPACE_MAX_COLUMNS]; /* squared length of each row */
+    int32_t headroom;                        /* every entry is multiplied by 2^headroom (num.h) */
 } triangle_t;
 
 void subspace_init(subspace_t *self) {
     *self = (subspace_t){0};
 }
 
-/* x <- (I - 2 u u^T) x for the reflector u, which is zero before row `from`. */
+/* A column this short is zero: the square of what rounding leaves of a zero may have no exact float. */
+static const num_t nothing = NUM(1e-15);
+
+static num_t largest(const num_t x[], uint32_t from, uint32_t n) {
+    num_t size = NUM(0);
+    for (uint32_t i = from; i < n; ++i) {
+        size = num_max(size, num_abs(x[i]));
+    }
+    return size;
+}
+
+/* x <- (I - u u^T) x for the reflector u, which is zero before row `from`. */
 static inline void reflect(const num_t u[], uint32_t from, uint32_t n, num_t x[], uint32_t *saturations) {
     num_wide_t along = num_widen(NUM(0));
     for (uint32_t i = from; i < n; ++i) {
         along += num_wide(u[i], x[i]);
     }
-    const num_t half = num_narrow(along, saturations);
-    const num_t twice = half + half;
+    const num_t scale = num_narrow(along, saturations);
     for (uint32_t i = from; i < n; ++i) {
-        x[i] -= num_mul(twice, u[i], saturations);
+        x[i] = num_subtract(x[i], num_mul(scale, u[i], saturations), saturations);
     }
 }
 
-/* The unit vector u whose reflection sends x, from row `from` on, onto that row's axis; zero when x is zero there. */
+/* The vector u, of squared length 2, whose reflection sends x, from row `from` on, onto that row's axis; zero when x is
+ * zero there. NaN or infinity in x is in u too. */
 static void make_reflector(num_t u[], uint32_t from, uint32_t n, const num_t x[], uint32_t *saturations) {
     num_wide_t square = num_widen(NUM(0));
+    const int32_t shift = num_headroom(largest(x, from, n));
     for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
         const bool inside = (i >= from) && (i < n);
-        u[i] = inside ? x[i] : NUM(0);
+        u[i] = inside ? num_shift(x[i], shift, saturations) : NUM(0);
         square += num_wide(u[i], u[i]);
     }
     const num_t length = num_root(square);
     u[from] += (u[from] < NUM(0)) ? -length : length; /* the sign that cancels nothing */
-    const num_t scale = num_root(num_wide(length + length, num_abs(u[from])));
-    const bool degenerate = !(scale > NUM(0));
+    const num_inverse_t inverse = num_inverse_root(num_wide(length, num_abs(u[from])));
     for (uint32_t i = from; i < n; ++i) {
-        u[i] = degenerate ? NUM(0) : num_div(u[i], scale, saturations);
+        u[i] = (length <= nothing) ? NUM(0) : num_times(u[i], inverse, saturations);
     }
 }
 
@@ -44,7 +56,7 @@ static void factor(subspace_t *self, uint32_t k, const num_t column[][ROBOT_MAX_
     num_t x[ROBOT_MAX_JOINTS];
     for (uint32_t c = 0; c < k; ++c) {
         for (uint32_t i = 0; i < self->rows; ++i) {
-            x[i] = column[c][i];
+            x[i] = num_shift(column[c][i], r->headroom, &self->saturations);
         }
         for (uint32_t j = 0; (j < c) && (j < self->directions); ++j) {
             reflect(self->reflector[j], j, self->rows, x, &self->saturations);
@@ -119,12 +131,18 @@ void subspace_step(subspace_t *self, uint32_t n, uint32_t k, const num_t column[
     triangle_t r;
     self->rows = n;
     self->directions = (n < k) ? n : k;
+    num_t size = NUM(0);
+    for (uint32_t c = 0; c < k; ++c) {
+        size = num_max(size, largest(column[c], 0, n));
+    }
+    r.headroom = num_headroom(size);
     factor(self, k, column, &r);
     orthogonalise(self, k, &r);
     (void)measure(&r, self->directions, k);
     self->rank = 0;
     for (uint32_t i = 0; i < SUBSPACE_MAX_COLUMNS; ++i) {
-        self->singular[i] = (i < self->directions) ? num_root(r.square[i]) : NUM(0);
+        self->singular[i] =
+            (i < self->directions) ? num_shift(num_root(r.square[i]), -r.headroom, &self->saturations) : NUM(0);
         self->converged = self->converged && num_finite(self->singular[i]);
     }
     for (uint32_t i = 0; i < SUBSPACE_MAX_COLUMNS; ++i) {

@@ -20,7 +20,7 @@
 #define SUBSPACE_PAIRS       ((SUBSPACE_MAX_COLUMNS * (SUBSPACE_MAX_COLUMNS - 1u)) / 2u)
 
 typedef struct {
-    num_t reflector[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];  /* unit vectors, zero before their own row */
+    num_t reflector[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];  /* of squared length 2; zero before their own row */
     num_rotation_t turn[SUBSPACE_MAX_SWEEPS][SUBSPACE_PAIRS]; /* Jacobi's rotations, in their order */
     num_t singular[SUBSPACE_MAX_COLUMNS];                     /* min(n, k) values, in no order */
     bool explained[SUBSPACE_MAX_COLUMNS];                     /* singular value above the tolerance */

@@ -4,12 +4,15 @@
 
 #include "robot.h"
 
-static inline vec3_t vec3_add(vec3_t a, vec3_t b) {
-    return (vec3_t){.x = a.x + b.x, .y = a.y + b.y, .z = a.z + b.z};
+static inline vec3_t vec3_add(vec3_t a, vec3_t b, uint32_t *saturations) {
+    return (vec3_t){
+        .x = num_add(a.x, b.x, saturations), .y = num_add(a.y, b.y, saturations), .z = num_add(a.z, b.z, saturations)};
 }
 
-static inline vec3_t vec3_subtract(vec3_t a, vec3_t b) {
-    return (vec3_t){.x = a.x - b.x, .y = a.y - b.y, .z = a.z - b.z};
+static inline vec3_t vec3_subtract(vec3_t a, vec3_t b, uint32_t *saturations) {
+    return (vec3_t){.x = num_subtract(a.x, b.x, saturations),
+                    .y = num_subtract(a.y, b.y, saturations),
+                    .z = num_subtract(a.z, b.z, saturations)};
 }
 
 static inline num_t vec3_dot(vec3_t a, vec3_t b, uint32_t *saturations) {
