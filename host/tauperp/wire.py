@@ -106,6 +106,10 @@ class WireMessage:
     def length(self) -> int:
         return self.definition.length
 
+    @property
+    def multiplexers(self) -> tuple[str, ...]:
+        return tuple(signal.name for signal in self.definition.signals if signal.is_multiplexer)
+
     def encode(self, signals: Mapping[str, float]) -> bytearray:
         """The frame's bytes with CRC and counter zero.
 
@@ -310,7 +314,10 @@ class Receiver:
         status, lost = self._check(message, frame.data)
         if not status.accepted:
             return Received(message, status, lost, {}, ())
-        signals = message.decode(frame.data)
+        try:
+            signals = message.decode(frame.data)
+        except InputError:  # of the right length, so only a multiplexer can be at fault
+            return Received(message, status, lost, {}, message.multiplexers)
         return Received(message, status, lost, signals, message.out_of_range(signals))
 
     def _check(self, message: WireMessage, data: bytes | bytearray) -> tuple[E2EStatus, int]:
