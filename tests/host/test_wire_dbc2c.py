@@ -1,0 +1,107 @@
+"""tools/dbc2c: the committed sources are current, and a DBC that the firmware cannot be made from is refused."""
+
+import shutil
+import subprocess
+import sys
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from tauperp.errors import InputError
+from tauperp.files import repository_root
+from tauperp.wire import Wire
+
+TOOL = repository_root() / "tools" / "dbc2c"
+GENERATED = ("messages.h", "messages.c", "protocol.h", "protocol.c")
+
+
+@pytest.fixture(scope="module")
+def dbc2c() -> ModuleType:
+    loader = SourceFileLoader("dbc2c", str(TOOL))
+    spec = spec_from_loader("dbc2c", loader)
+    assert spec is not None
+    module = module_from_spec(spec)
+    written, sys.dont_write_bytecode = sys.dont_write_bytecode, True
+    try:
+        loader.exec_module(module)
+    finally:
+        sys.dont_write_bytecode = written
+    return module
+
+
+@pytest.fixture
+def checkout(tmp_path: Path, dbc2c: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder that the tool takes for the repository, with the committed files in it."""
+    wire = tmp_path / "firmware" / "wire"
+    wire.mkdir(parents=True)
+    for name in GENERATED:
+        shutil.copy(repository_root() / "firmware" / "wire" / name, wire)
+    monkeypatch.setattr(dbc2c, "repository_root", lambda: tmp_path)
+    return wire
+
+
+def run(dbc2c: ModuleType, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["dbc2c", *arguments])
+    return dbc2c.main()
+
+
+def test_the_committed_sources_are_current() -> None:
+    done = subprocess.run([sys.executable, TOOL, "--check"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("name", GENERATED)
+def test_a_changed_file_is_found_in_one_line_and_left_alone(
+    dbc2c: ModuleType,
+    checkout: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+) -> None:
+    edited = (checkout / name).read_text() + "/* edited */\n"
+    (checkout / name).write_text(edited)
+    assert run(dbc2c, monkeypatch, "--check") == 1
+    message = capsys.readouterr().err
+    assert f"{name} differs in 1 lines, first: -/* edited */" in message
+    assert message.count("\n") == 1
+    assert (checkout / name).read_text() == edited
+
+
+def test_a_missing_file_is_found_and_made(dbc2c: ModuleType, checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (checkout / "protocol.c").unlink()
+    assert run(dbc2c, monkeypatch, "--check") == 1
+    assert run(dbc2c, monkeypatch) == 0
+    assert run(dbc2c, monkeypatch, "--check") == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        (
+            "BO_ 261 JointState5: 8 JOINT5\n SG_ CRC : 0|8@1+ (1,0) [0|255]",
+            "BO_ 261 JointState5: 8 JOINT5\n SG_ CRC : 0|8@1+ (1,0) [0|254]",
+            "JointState5: its layout is not that of JointState1",
+        ),
+        ('"MaxDeltaCounter" BO_ 261 4', '"MaxDeltaCounter" BO_ 261 5', "JointState5: its length or E2E limits"),
+        ("BO_ 264 JointState8", "BO_ 264 JointState9", "JointState9: joints must be 1 to 8 at consecutive ids"),
+        ("SG_ Index3 m2 : 32|16@1-", "SG_ Index3 m2 : 32|16@1+", "GuardIndex: group 2 has another layout than group 0"),
+        ("SG_ Index3 m2", "SG_ Index9 m2", "GuardIndex: the signals of group 2 must end in 3"),
+        ("(0.00025,0)", "(0.0003,0)", "Velocity: one over its factor must be whole"),
+        ("BO_ 16 StopCommand", "BO_ 33 StopCommand", "Sync has the highest priority of the bus"),
+    ],
+)
+def test_a_dbc_that_the_firmware_cannot_be_made_from_is_refused(
+    dbc2c: ModuleType, tmp_path: Path, old: str, new: str, complaint: str
+) -> None:
+    text = (repository_root() / "dbc" / "tauperp.dbc").read_text()
+    assert old in text
+    text = text.replace(old, new)
+    if "BO_ 33" in new:
+        text = text.replace("BO_ 16 ", "BO_ 33 ").replace("VAL_ 16 ", "VAL_ 33 ").replace("SG_ 16 ", "SG_ 33 ")
+    path = tmp_path / "changed.dbc"
+    path.write_text(text)
+    with pytest.raises(InputError, match=complaint):
+        dbc2c.generated(Wire.read(path))
