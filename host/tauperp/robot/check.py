@@ -4,8 +4,10 @@ Pinocchio on our own numbers finds errors in the table. Pinocchio (URDF) or MuJo
 errors in our reading of it.
 """
 
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -83,8 +85,8 @@ def pinocchio_reader(robot: Robot) -> Reader:
 def urdf_reader(robot: Robot, source: Source) -> Reader:
     """Terms of the file's chain from Pinocchio's own URDF parser, every other joint locked at zero."""
     try:
-        whole = pin.buildModelFromUrdf(str(source.path))
-    except ValueError as error:
+        whole = pin.buildModelFromXML(_with_limits(source.path))
+    except (ValueError, RuntimeError) as error:
         raise InputError(f"{source.path.name}: Pinocchio does not read it ({' '.join(str(error).split())})") from None
     names = [joint.name for joint in robot.joints]
     locked = [i for i, name in enumerate(whole.names) if i > 0 and name not in names]
@@ -97,6 +99,17 @@ def urdf_reader(robot: Robot, source: Source) -> Reader:
     tip = model.addFrame(pin.Frame("the tip", end.parentJoint, 0, placement, pin.FrameType.OP_FRAME))
     model.gravity.linear = source.mounting.T @ model.gravity.linear
     return _reader(model, [model.getJointId(name) for name in names], tip, base)
+
+
+def _with_limits(path: Path) -> str:
+    """The file with the limits that Pinocchio's parser insists on; they are no part of the comparison."""
+    root = ElementTree.parse(path).getroot()
+    for joint in root.findall("joint"):
+        if joint.get("type") in ("revolute", "prismatic"):
+            limit = joint.find("limit")
+            limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
+            limit.attrib.update({key: limit.get(key, "1") for key in ("effort", "velocity")})
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _frame(model: pin.Model, link: str) -> int:
@@ -116,16 +129,17 @@ def _reader(model: pin.Model, ids: list[int], tip: int, base: Array) -> Reader:
             at = slice(joint.idx_q, joint.idx_q + joint.nq)
             position[at] = [angle] if joint.nq == 1 else [np.cos(angle), np.sin(angle)]  # continuous
             velocity[joint.idx_v] = speed
-        mass = np.array(pin.crba(model, data, position))
+        n = model.nv  # reshape: of one joint Pinocchio hands over vectors
+        mass = np.reshape(pin.crba(model, data, position), (n, n))
         mass = np.triu(mass) + np.triu(mass, 1).T
-        coriolis = np.array(pin.computeCoriolisMatrix(model, data, position, velocity))
+        coriolis = np.reshape(pin.computeCoriolisMatrix(model, data, position, velocity), (n, n))
         gravity = np.array(pin.computeGeneralizedGravity(model, data, position))
         jacobian = pin.computeFrameJacobian(model, data, position, tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         return Terms(
             (mass @ velocity)[columns],
             (coriolis.T @ velocity)[columns],
             gravity[columns],
-            to_base @ np.array(jacobian)[:, columns],
+            to_base @ np.reshape(jacobian, (6, n))[:, columns],
         )
 
     return terms
@@ -135,14 +149,17 @@ def mjcf_reader(robot: Robot, source: Source) -> Reader:
     """Terms of the file's chain from MuJoCo, every other joint at qpos0."""
     import mujoco
 
-    from tauperp.robot.mjcf import compile_mjcf
+    from tauperp.robot.mjcf import body_name, compile_mjcf, joint_name
 
     model = compile_mjcf(source.path)
     data = mujoco.MjData(model)
     model.opt.gravity = source.mounting.T @ model.opt.gravity
-    joints = [_joint_id(model, joint.name) for joint in robot.joints]
+    joint_names = [joint_name(model, j) for j in range(model.njnt)]
+    body_names = [body_name(model, b) for b in range(model.nbody)]
+    joints = [joint_names.index(joint.name) for joint in robot.joints]
     position, dof = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
-    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, source.tip)
+    base_body = body_names.index(source.base)
+    body = body_names.index(source.tip) if source.tip in body_names else -1
     site = -1 if body >= 0 else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, source.tip)
     # dT/dq_i exactly: T has no harmonic of q_i above the second, so five samples around the circle hold all of it.
     steps = 2.0 * np.pi * np.arange(5) / 5.0
@@ -168,11 +185,7 @@ def mjcf_reader(robot: Robot, source: Source) -> Reader:
         jacobian = np.zeros((6, model.nv))
         owner = body if site < 0 else model.site_bodyid[site]
         mujoco.mj_jac(model, data, jacobian[:3], jacobian[3:], point, owner)
-        base = data.body(source.base).xmat.reshape(3, 3)
+        base = data.xmat[base_body].reshape(3, 3)
         return Terms(momentum, coriolis, data.qfrc_bias[dof].copy(), np.kron(np.eye(2), base.T) @ jacobian[:, dof])
 
     return terms
-
-
-def _joint_id(model, name: str) -> int:  # type: ignore[no-untyped-def]
-    return next(j for j in range(model.njnt) if model.joint(j).name == name)

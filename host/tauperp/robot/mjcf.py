@@ -41,7 +41,7 @@ def read_mjcf(path: Path) -> Tree:
         links += _body_links(model, b)
     for s in range(model.nsite):
         if model.site(s).name:
-            parent = _body_name(model, model.site_bodyid[s])
+            parent = body_name(model, model.site_bodyid[s])
             pose = Pose(rotation_quaternion(model.site_quat[s]), model.site_pos[s].copy())
             links.append(TreeLink(model.site(s).name, parent, pose, TreeJoint(""), marker=True))
     names = [link.name for link in links]
@@ -49,7 +49,7 @@ def read_mjcf(path: Path) -> Tree:
         if names.count(name) > 1:
             raise InputError(f"{path.name}: name '{name}' stands for a body and a site: rename one")
     name = model.names[: model.names.index(b"\0")].decode()
-    return Tree(name or path.stem, links, np.array(model.opt.gravity))
+    return Tree(name or path.stem, links, np.array(model.opt.gravity), _closures(model))
 
 
 def _strip(spec: mujoco.MjSpec) -> None:
@@ -73,16 +73,22 @@ def _strip(spec: mujoco.MjSpec) -> None:
         spec.delete(asset)
 
 
-def _body_name(model: mujoco.MjModel, b: int) -> str:
+def body_name(model: mujoco.MjModel, b: int) -> str:
+    """What a body is called here: its name or, without one, its number."""
     return model.body(b).name or f"body {b}"
+
+
+def joint_name(model: mujoco.MjModel, j: int) -> str:
+    """What a joint is called here: its name or, without one, its place."""
+    return model.joint(j).name or f"joint {j} of body {body_name(model, model.jnt_bodyid[j])}"
 
 
 def _body_links(model: mujoco.MjModel, b: int) -> list[TreeLink]:
     """A body as one link for each of its joints and one, fixed to the last, for itself."""
     if b == 0:
-        return [TreeLink(_body_name(model, 0), None, Pose(), TreeJoint(""), capsules=_capsules(model, 0))]
+        return [TreeLink(body_name(model, 0), None, Pose(), TreeJoint(""), capsules=_capsules(model, 0))]
     links = []
-    parent = _body_name(model, model.body_parentid[b])
+    parent = body_name(model, model.body_parentid[b])
     pose = Pose(rotation_quaternion(model.body_quat[b]), np.array(model.body_pos[b]))
     first = model.body_jntadr[b]
     for j in range(first, first + model.body_jntnum[b]):
@@ -92,17 +98,40 @@ def _body_links(model: mujoco.MjModel, b: int) -> list[TreeLink]:
         zero = rest
         if joint.kind == REVOLUTE:
             zero = rest @ Pose(rotation_about(joint.axis, -float(model.qpos0[model.jnt_qposadr[j]])))
-        name = f"{_body_name(model, b)} at {joint.name}"
+        name = f"{body_name(model, b)} at {joint.name}"
         links.append(TreeLink(name, parent, zero, joint, locked_pose=rest, marker=True))
         parent, pose = name, Pose(position=-at)
     axes = rotation_quaternion(model.body_iquat[b])
     body = Body(float(model.body_mass[b]), np.array(model.body_ipos[b]), axes @ np.diag(model.body_inertia[b]) @ axes.T)
-    links.append(TreeLink(_body_name(model, b), parent, pose, TreeJoint(""), body, capsules=_capsules(model, b)))
+    links.append(TreeLink(body_name(model, b), parent, pose, TreeJoint(""), body, capsules=_capsules(model, b)))
     return links
 
 
+def _closures(model: mujoco.MjModel) -> list[tuple[str, str, str]]:
+    """Equality constraints that hold two bodies together: name, body, body."""
+    found = []
+    for e in range(model.neq):
+        kind, active = int(model.eq_type[e]), bool(model.eq_active0[e])
+        if not active or kind not in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
+            continue
+        ends = [int(model.eq_obj1id[e]), int(model.eq_obj2id[e])]
+        if model.eq_objtype[e] == mujoco.mjtObj.mjOBJ_SITE:
+            ends = [int(model.site_bodyid[s]) for s in ends]
+        name = model.equality(e).name or f"constraint {e}"
+        found.append((name, body_name(model, ends[0]), body_name(model, ends[1])))
+    return found
+
+
+def _follows(model: mujoco.MjModel, j: int) -> bool:
+    """True if an equality constraint makes the joint follow another one."""
+    return any(
+        model.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and model.eq_obj1id[e] == j and bool(model.eq_active0[e])
+        for e in range(model.neq)
+    )
+
+
 def _joint(model: mujoco.MjModel, j: int) -> TreeJoint:
-    name = model.joint(j).name or f"joint {j} of body '{_body_name(model, model.jnt_bodyid[j])}'"
+    name = joint_name(model, j)
     limited = bool(model.jnt_limited[j])
     return TreeJoint(
         name=name,
@@ -113,6 +142,7 @@ def _joint(model: mujoco.MjModel, j: int) -> TreeJoint:
         velocity_max=_velocity_max(model, name),
         torque_max=_torque_max(model, j),
         rotor_inertia=float(model.dof_armature[model.jnt_dofadr[j]]),
+        mimic=_follows(model, j),
     )
 
 

@@ -4,7 +4,7 @@ Links joined by fixed joints are merged. Joints off the chain are locked where t
 qpos0) and their links merged too, so a hand's fingers or a second arm cost nothing but their mass.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -64,8 +64,11 @@ class TreeLink:
 class Tree:
     """Links by name in the file's order, parents before or after their children; exactly one has no parent."""
 
-    def __init__(self, name: str, links: list[TreeLink], gravity: Array):
+    def __init__(
+        self, name: str, links: list[TreeLink], gravity: Array, closures: Sequence[tuple[str, str, str]] = ()
+    ) -> None:
         self.name = name
+        self.closures = closures  # name and two links that something else than a joint of the tree holds together
         self.gravity = gravity  # (3,) m/s^2 in the root frame
         self.links = {link.name: link for link in links}
         self.children: dict[str, list[TreeLink]] = {link.name: [] for link in links}
@@ -83,8 +86,8 @@ class Tree:
         base_link = self.root if base is None else self._link(base, "base")
         tip_link = self._only_tip(base_link) if tip is None else self._link(tip, "tip")
         path = self._path(base_link, tip_link)
-        for link in path:
-            _refuse_joint(link.joint)
+        for i, link in enumerate(path):
+            _refuse_joint(link, inner=any(x.joint.kind == REVOLUTE for x in path[:i]))
         moving = [link for link in path if link.joint.kind == REVOLUTE]
         if not 1 <= len(moving) <= MAX_JOINTS:
             raise InputError(
@@ -93,6 +96,7 @@ class Tree:
             )
 
         on_path = {link.name for link in path}
+        self._refuse_closures(moving, on_path)
         joints: list[Joint] = []
         capsules: list[list[Capsule]] = []
         pose = Pose()  # of the link at hand in the last moving joint's frame
@@ -100,9 +104,9 @@ class Tree:
             pose = pose @ link.pose
             if link.joint.kind != REVOLUTE:
                 continue
-            body, shapes = self._rigid_with(link, on_path)
+            body = self._merged(link, on_path)
             joints.append(_joint(link, pose, body))
-            capsules.append(shapes)
+            capsules.append(self._capsules(link, on_path))
             pose = Pose()
         tip_point = pose.point(tool)
         ends = [joint.origin_position for joint in joints[1:]] + [tip_point]
@@ -121,9 +125,8 @@ class Tree:
 
     def _link(self, name: str, role: str) -> TreeLink:
         if name not in self.links:
-            known = [link.name for link in self.links.values() if not link.marker]
-            shown = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
-            raise InputError(f"robot '{self.name}' has no link '{name}' to be the {role}; it has {shown}")
+            known = _few([f"'{link.name}'" for link in self.links.values() if not link.marker], 12)
+            raise InputError(f"robot '{self.name}' has no link '{name}' to be the {role}; it has {known}")
         return self.links[name]
 
     def _ancestry(self, link: TreeLink) -> Iterator[TreeLink]:
@@ -151,17 +154,6 @@ class Tree:
             path.append(link)
         raise InputError(f"robot '{self.name}': link '{tip.name}' does not hang on base '{base.name}'")
 
-    def _descendants(self, link: TreeLink) -> Iterator[TreeLink]:
-        pending = [link]
-        while pending:
-            link = pending.pop()
-            yield link
-            pending.extend(reversed(self.children[link.name]))
-
-    def _moves(self, link: TreeLink) -> bool:
-        """True if a joint that could be on a chain is at or behind the link."""
-        return any(x.joint.kind != FIXED and not x.joint.mimic for x in self._descendants(link))
-
     def _only_tip(self, base: TreeLink) -> TreeLink:
         """The end of the chain when nobody names it: where nothing behind moves any more, at the only free end."""
         link = base
@@ -170,14 +162,16 @@ class Tree:
             if not movers:
                 break
             if len(movers) > 1:
-                names = ", ".join(f"joint '{mover.joint.name}'" for mover in movers)
+                names = _few([f"joint '{mover.joint.name}'" for mover in movers])
                 raise InputError(
-                    f"robot '{self.name}' branches behind link '{link.name}' ({names}): choose one arm with --tip LINK"
+                    f"robot '{self.name}' branches behind link '{link.name}' ({names}): choose one with --tip LINK"
                 )
             link = movers[0]
+        if link is base:
+            raise InputError(f"robot '{self.name}': no joint moves behind link '{base.name}'")
         ends = [(x, pose) for x, pose in self._rigid(link) if not x.marker and not self._rigid_children(x)]
         if any(np.linalg.norm(pose.position - ends[0][1].position) > 1e-6 for _, pose in ends):
-            names = ", ".join(f"'{end.name}'" for end, _ in ends)
+            names = _few([f"'{end.name}'" for end, _ in ends])
             raise InputError(
                 f"robot '{self.name}' has more than one end behind joint '{link.joint.name}' ({names}): "
                 "choose one with --tip LINK"
@@ -204,27 +198,47 @@ class Tree:
             if child.joint.kind != FIXED and not child.joint.mimic
         ]
 
-    def _rigid_with(self, link: TreeLink, on_path: set[str]) -> tuple[Body, list[Capsule]]:
-        """Everything that moves with a link of the chain: over fixed joints, and over locked joints off the chain."""
-        bodies: list[Body] = []
-        capsules: list[Capsule] = []
+    def _moves_with(self, link: TreeLink, on_path: set[str]) -> Iterator[tuple[TreeLink, Pose]]:
+        """What moves with a link of the chain, over fixed joints and locked ones off the chain, and its pose in it."""
         pending = [(link, Pose())]
         while pending:
             part, pose = pending.pop()
-            _refuse_body(part)
-            bodies.append(part.body.moved(pose))
-            capsules += [Capsule(pose.point(c.p0), pose.point(c.p1), c.radius) for c in part.capsules]
-            for child in self.children[part.name]:
+            yield part, pose
+            for child in reversed(self.children[part.name]):
                 if child.name not in on_path:
                     pending.append((child, pose @ child.locked))
                 elif child.joint.kind == FIXED:
                     pending.append((child, pose @ child.pose))
+
+    def _merged(self, link: TreeLink, on_path: set[str]) -> Body:
+        bodies = []
+        for part, pose in self._moves_with(link, on_path):
+            _refuse_body(part)
+            bodies.append(part.body.moved(pose))
         body = merged(bodies)
+        if body.mass <= 0.0 and link.marker:
+            raise InputError(
+                f"joint '{link.joint.name}' shares its body with another joint: give each a body with mass"
+            )
         if body.mass <= 0.0:
             raise InputError(f"joint '{link.joint.name}' moves link '{link.name}', which has no mass and inertia")
         if np.linalg.eigvalsh(body.inertia)[0] <= 0.0:
-            raise InputError(f"joint '{link.joint.name}' moves link '{link.name}', whose inertia is not positive")
-        return body, capsules
+            raise InputError(f"joint '{link.joint.name}' moves '{link.name}', whose inertia is not positive definite")
+        return body
+
+    def _capsules(self, link: TreeLink, on_path: set[str]) -> list[Capsule]:
+        return [
+            Capsule(pose.point(capsule.p0), pose.point(capsule.p1), capsule.radius)
+            for part, pose in self._moves_with(link, on_path)
+            for capsule in part.capsules
+        ]
+
+    def _refuse_closures(self, moving: list[TreeLink], on_path: set[str]) -> None:
+        """A constraint between parts that move against each other makes the chain a loop."""
+        owner = {part.name: link.name for link in moving for part, _ in self._moves_with(link, on_path)}
+        for name, one, other in self.closures:
+            if owner.get(one) != owner.get(other):
+                raise InputError(f"equality constraint '{name}' closes a loop between links '{one}' and '{other}'")
 
 
 def _joint(link: TreeLink, pose: Pose, body: Body) -> Joint:
@@ -245,17 +259,22 @@ def _joint(link: TreeLink, pose: Pose, body: Body) -> Joint:
     )
 
 
-def _refuse_joint(joint: TreeJoint) -> None:
-    """A joint that cannot be on a chain of revolute joints is an error that names it."""
+def _few(names: list[str], most: int = 6) -> str:
+    return ", ".join(names[:most]) + (", ..." if len(names) > most else "")
+
+
+def _refuse_joint(link: TreeLink, *, inner: bool) -> None:
+    """A joint that cannot be on a chain of revolute joints is an error that names it. inner: behind a revolute one."""
+    joint = link.joint
     if joint.kind == FIXED:
         return
+    way_out = f"--tip {link.parent} ends the chain before it" if inner else f"--base {link.name} starts it behind"
     if joint.kind != REVOLUTE:
         raise InputError(
-            f"joint '{joint.name}' on the chain is {joint.kind}: only revolute joints can be guarded "
-            "(--base and --tip choose a chain without it)"
+            f"joint '{joint.name}' on the chain is {joint.kind}, and only revolute ones can be guarded ({way_out})"
         )
     if joint.mimic:
-        raise InputError(f"joint '{joint.name}' on the chain mimics another joint: choose a --tip before it")
+        raise InputError(f"joint '{joint.name}' on the chain mimics another joint ({way_out})")
     if not np.all(np.isfinite(joint.axis)) or np.linalg.norm(joint.axis) < 1e-6:
         raise InputError(f"joint '{joint.name}' has a zero axis")
     if not joint.position_min < joint.position_max:
