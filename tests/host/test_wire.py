@@ -183,13 +183,15 @@ def test_every_flipped_bit_is_a_wrong_crc_and_moves_no_reference(wire: Wire) -> 
 def test_a_frame_that_is_not_of_this_wire_is_no_message(wire: Wire) -> None:
     receiver = Receiver(wire)
     data = joint_frame(wire, 1).data
+    remote = can.Message(arbitration_id=0x101, is_extended_id=False, is_remote_frame=True)
+    remote.data, remote.dlc = data, 8
     for frame in (
+        remote,
         can.Message(arbitration_id=0x109, is_extended_id=False, data=data),
         can.Message(arbitration_id=0x101, is_extended_id=True, data=data),
         can.Message(arbitration_id=0x101, is_extended_id=False, data=data[:7]),
         can.Message(arbitration_id=0x101, is_extended_id=False, data=data + b"\0", is_fd=True),
-        can.Message(arbitration_id=0x101, is_extended_id=False, dlc=8, is_remote_frame=True),
-        can.Message(arbitration_id=0x101, is_error_frame=True, data=data),
+        can.Message(arbitration_id=0x101, is_extended_id=False, is_error_frame=True, data=data),
     ):
         assert receiver.receive(frame) is None
 
