@@ -1,0 +1,252 @@
+"""The firmware's mathematics through Core, against Pinocchio and LAPACK, and what Core says to wrong arguments."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tauperp import robot
+from tauperp.config import load_configuration
+from tauperp.errors import InputError
+from tauperp.firmware import Core
+from tauperp.robot.check import pinocchio_reader
+
+SEED = 20261122
+STATES = 1000
+
+FLOAT32_NM = 1e-4
+FLOAT32_JACOBIAN = 1e-5
+FLOAT32_PROJECTOR = 2e-5
+
+Q = np.array([0.3, -0.7, 0.5, 1.1, -0.4, 0.8, 0.2])
+REST = np.zeros(7)
+
+
+def random_states(arm: robot.Robot, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """(count, n) positions in +-pi and velocities up to each joint's own limit."""
+    print("seed", SEED)
+    random = np.random.default_rng(SEED)
+    fastest = [joint.velocity_max for joint in arm.joints]
+    return random.uniform(-np.pi, np.pi, (count, arm.n)), random.uniform(-1, 1, (count, arm.n)) * fastest
+
+
+@pytest.fixture(scope="module", params=robot.shipped())
+def arm(request: pytest.FixtureRequest) -> robot.Robot:
+    return robot.load(request.param)
+
+
+@pytest.fixture(scope="module")
+def core() -> Core:
+    return Core("ku_dex")
+
+
+def test_terms_agree_with_pinocchio(arm: robot.Robot) -> None:
+    positions, velocities = random_states(arm, STATES)
+    ours, reader = Core(arm).terms(positions, velocities), pinocchio_reader(arm)
+    theirs = [reader(q, qd) for q, qd in zip(positions, velocities, strict=True)]
+    for quantity in ("momentum", "coriolis", "gravity"):
+        expected = np.array([getattr(terms, quantity) for terms in theirs])
+        np.testing.assert_allclose(getattr(ours, quantity), expected, rtol=0, atol=FLOAT32_NM, err_msg=quantity)
+    expected = np.array([terms.jacobian for terms in theirs])
+    np.testing.assert_allclose(ours.jacobian, expected, rtol=0, atol=FLOAT32_JACOBIAN)
+
+
+def test_the_projector_agrees_with_lapack(arm: robot.Robot) -> None:
+    core = Core(arm)
+    jacobians = core.terms(*random_states(arm, STATES)).jacobian
+    compared = 0
+    for jacobian in jacobians:
+        left, singular, _ = np.linalg.svd(jacobian.T, full_matrices=False)
+        if singular[-1] <= 1e-3:
+            continue
+        projector = np.column_stack([core.project(jacobian.T, unit, 1e-3).index for unit in np.eye(arm.n)])
+        np.testing.assert_allclose(projector, np.eye(arm.n) - left @ left.T, rtol=0, atol=FLOAT32_PROJECTOR)
+        compared += 1
+    assert compared > STATES / 2
+
+
+def test_singular_values_are_lapacks_in_descending_order(core: Core) -> None:
+    random = np.random.default_rng(SEED)
+    for columns in range(7):
+        matrix = random.normal(size=(7, columns))
+        found = core.project(matrix, np.ones(7), 1e-3)
+        np.testing.assert_allclose(found.singular_values, np.linalg.svd(matrix, compute_uv=False), rtol=1e-5)
+        assert found.rank == columns
+
+
+def test_a_direction_below_the_tolerance_is_not_explained(core: Core) -> None:
+    matrix = np.zeros((7, 2))
+    matrix[0, 0], matrix[1, 1] = 1.0, 0.01
+    tau = np.arange(1.0, 8.0)
+    fine, coarse = core.project(matrix, tau, 0.005), core.project(matrix, tau, 0.02)
+    np.testing.assert_allclose(fine.index, [0, 0, 3, 4, 5, 6, 7], atol=1e-6)
+    np.testing.assert_allclose(coarse.index, [0, 2, 3, 4, 5, 6, 7], atol=1e-6)
+    assert (fine.rank, coarse.rank) == (2, 1)
+
+
+def test_a_column_twice_explains_as_much_as_once(core: Core) -> None:
+    random = np.random.default_rng(SEED)
+    matrix, tau = random.normal(size=(7, 3)), random.normal(size=7)
+    twice = core.project(np.hstack([matrix, matrix[:, :1]]), tau, 1e-3)
+    assert twice.rank == 3
+    np.testing.assert_allclose(twice.index, core.project(matrix, tau, 1e-3).index, atol=FLOAT32_PROJECTOR)
+
+
+@pytest.mark.parametrize("columns", [0, 6])
+def test_columns_that_are_nothing_explain_nothing(core: Core, columns: int) -> None:
+    found = core.project(np.zeros((7, columns)), np.arange(7.0), 1e-3)
+    assert found.rank == 0
+    np.testing.assert_array_equal(found.index, np.arange(7.0))
+
+
+def test_as_many_columns_as_joints_leave_nothing(core: Core) -> None:
+    assert np.abs(core.project(np.eye(6), np.arange(6.0), 1e-3).index).max() < 1e-6
+
+
+def hold(core: Core, external: np.ndarray, steps: int, task: str | int = "none", **options: Any) -> Any:
+    """Stand at Q with an external torque on top of gravity from the second sample on."""
+    gravity = core.terms(Q, REST).gravity
+    core.reset()
+    core.step(Q, REST, gravity, task, **options)
+    for _ in range(steps):
+        last = core.step(Q, REST, gravity + external, task, **options)
+    return last
+
+
+def test_the_residual_approaches_the_external_torque_as_the_gain_says(core: Core) -> None:
+    external = np.array([3.0, -2.0, 1.0, 0.0, 0.5, -0.5, 0.2])
+    found = hold(core, external, 20)
+    np.testing.assert_allclose(found.residual, external * (1 - np.exp(-50 * 0.020)), atol=1e-4)
+    np.testing.assert_array_equal(found.index, found.residual)
+
+
+def test_the_first_step_after_a_reset_has_no_residual(core: Core) -> None:
+    hold(core, np.ones(7), 5)
+    core.reset()
+    np.testing.assert_array_equal(core.step(Q, REST, np.ones(7), "none").residual, np.zeros(7))
+
+
+def test_contact_explains_a_wrench_at_the_end_effector_and_no_other_torque(core: Core) -> None:
+    jacobian = core.terms(Q, REST).jacobian
+    wrench = np.array([20.0, -10.0, 15.0, 1.0, -2.0, 0.5])
+    guided = hold(core, jacobian.T @ wrench, 100, "contact")
+    assert np.abs(guided.residual).max() > 5
+    assert np.abs(guided.index).max() < 1e-3
+    left, _, _ = np.linalg.svd(jacobian.T)
+    struck = hold(core, jacobian.T @ wrench + 3 * left[:, 6], 100, "contact")
+    np.testing.assert_allclose(struck.index, 3 * left[:, 6] * (1 - np.exp(-5)), atol=1e-3)
+
+
+def test_payload_explains_a_weight_but_not_a_push_across_it(core: Core) -> None:
+    linear = core.terms(Q, REST).jacobian[:3]
+    assert np.abs(hold(core, linear.T @ [0, 0, -20.0], 100, "payload").index).max() < 1e-3
+    assert np.abs(hold(core, linear.T @ [20.0, 0, 0], 100, "payload").index).max() > 1
+
+
+def test_payload_explains_inertia_along_the_desired_acceleration(core: Core) -> None:
+    push = core.terms(Q, REST).jacobian[:3].T @ [20.0, 0, 0]
+    assert np.abs(hold(core, push, 100, "payload", accel=[3.0, 0, 0]).index).max() < 1e-3
+
+
+@pytest.mark.parametrize("acceleration", [None, [0.0, 0.0, 0.0], [0.0, 0.0, 4.0]])
+def test_no_acceleration_and_one_along_gravity_are_the_same_to_payload(core: Core, acceleration: Any) -> None:
+    push = core.terms(Q, REST).jacobian[:3].T @ [20.0, 0, 0]
+    expected = hold(core, push, 100, "payload").index
+    np.testing.assert_allclose(hold(core, push, 100, "payload", accel=acceleration).index, expected, atol=1e-4)
+
+
+def test_tasks_go_by_name_and_by_the_wires_number(core: Core) -> None:
+    push = core.terms(Q, REST).jacobian[:3].T @ [20.0, 0, 0]
+    for number, name in enumerate(("none", "payload", "contact"), start=1):
+        np.testing.assert_array_equal(hold(core, push, 10, number).index, hold(core, push, 10, name).index)
+
+
+def test_an_arm_at_rest_without_any_torque_is_all_zero() -> None:
+    weightless = dataclasses.replace(robot.load("ku_dex"), gravity=np.zeros(3))
+    core = Core(weightless)
+    terms = core.terms(Q, REST)
+    assert not np.concatenate([terms.momentum, terms.coriolis, terms.gravity]).any()
+    for task in ("none", "payload", "contact"):
+        core.reset()
+        for _ in range(3):
+            assert not core.step(Q, REST, REST, task).index.any()
+
+
+def test_a_configuration_decides_gain_and_period() -> None:
+    slow = load_configuration("default", robot="ku_dex").changed(observer={"gain_per_s": 10.0}, wire={"rate_hz": 200})
+    found = hold(Core("ku_dex", config=slow), np.ones(7), 20)
+    np.testing.assert_allclose(found.residual, 1 - np.exp(-10 * 0.1), atol=1e-4)
+
+
+def test_results_are_copies(core: Core) -> None:
+    first = core.terms(Q, REST)
+    kept = first.gravity.copy()
+    core.terms(-Q, REST)
+    np.testing.assert_array_equal(first.gravity, kept)
+
+
+def test_many_instants_at_once_are_the_same_as_one_by_one(core: Core) -> None:
+    positions, velocities = random_states(core.robot, 3)
+    together = core.terms(positions, velocities)
+    assert together.jacobian.shape == (3, 6, 7)
+    for i in range(3):
+        for ours, one in zip(together, core.terms(positions[i], velocities[i]), strict=True):
+            np.testing.assert_array_equal(ours[i], one)
+
+
+NAN = np.full(7, np.nan)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda core: core.terms(Q[:6], REST), r"q: shape \(6,\), must be \(7,\)"),
+        (lambda core: core.terms(Q, REST[:, None]), r"qd: shape \(7, 1\), must be \(7,\)"),
+        (lambda core: core.terms([Q, Q], REST), r"qd: shape \(7,\), but q has \(2, 7\)"),
+        (lambda core: core.terms(np.empty((0, 7)), np.empty((0, 7))), "q: no rows"),
+        (lambda core: core.terms(NAN, REST), r"q\[0\]: nan is not a finite number"),
+        (lambda core: core.terms(Q, NAN), r"qd\[0\]: nan"),
+        (lambda core: core.step(Q, REST, np.inf * Q, 1), r"tau\[0\]: inf"),
+        (lambda core: core.step(Q, REST, Q, 1, [0, 0]), r"accel: shape \(2,\), must be \(3,\)"),
+        (lambda core: core.step(Q, REST, Q, "payloads"), "task: 'payloads' is unknown"),
+        (lambda core: core.step(Q, REST, Q, 0), "task: 0 is unknown"),
+        (lambda core: core.project(np.eye(7), Q, 1e-3), r"A: shape \(7, 7\)"),
+        (lambda core: core.project(Q, Q, 1e-3), r"A: shape \(7,\)"),
+        (lambda core: core.project(np.full((7, 2), np.nan), Q, 1e-3), "A: every entry must be a number"),
+        (lambda core: core.project(np.full((7, 2), 64.0), Q, 1e-3), "A: every entry must be a number below 64"),
+        (lambda core: core.project(np.ones((7, 2)), Q[:5], 1e-3), r"tau: shape \(5,\), must be \(7,\)"),
+        (lambda core: core.project(np.ones((7, 2)), Q, -1.0), "tolerance: -1.0"),
+        (lambda core: core.project(np.ones((7, 2)), Q, np.nan), "tolerance: nan"),
+    ],
+)
+def test_a_wrong_argument_is_named(core: Core, call: Callable[[Core], Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call(core)
+
+
+def test_a_wrong_argument_changes_nothing() -> None:
+    core = Core("ku_dex")
+    before = hold(core, np.ones(7), 5)
+    with pytest.raises(ValueError, match="tau"):
+        core.step(Q, REST, NAN, "none")
+    gravity = core.terms(Q, REST).gravity
+    after = core.step(Q, REST, gravity + 1, "none")
+    np.testing.assert_allclose(after.residual, 1 - (1 - before.residual) * np.exp(-0.05), atol=1e-5)
+
+
+def test_a_task_that_the_arm_cannot_watch_is_refused_with_the_reason() -> None:
+    whole = robot.load("ku_dex")
+    core = Core(dataclasses.replace(whole, joints=whole.joints[:6], capsules=whole.capsules[:6]))
+    with pytest.raises(InputError, match="'contact' is off for the 6 joints"):
+        core.step(Q[:6], REST[:6], Q[:6], "contact")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(("nonsense",), "nonsense"), (("ku_dex", "float64"), "'float64' is unknown"), (("ku_dex", "float32", "x"), "x")],
+)
+def test_an_unknown_robot_numeric_or_configuration_is_refused(arguments: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Core(*arguments)
