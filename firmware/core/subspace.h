@@ -7,7 +7,7 @@
  * difference of two large vectors, so d keeps its accuracy next to a singularity.
  *
  * n 1 to ROBOT_MAX_JOINTS, k 0 to SUBSPACE_MAX_COLUMNS; entries below 64 in size. The tolerance is in the unit of A.
- * Sweeps are bounded; `converged` tells whether the bound was enough (it is for finite input: measured 7 at most, the last of them still).
+ * Sweeps are bounded; `converged` tells whether the bound was enough (it is for finite input: measured 7 at most).
  * With NaN or infinity in A the step terminates with converged false and rank 0: nothing counts as explained.
  */
 #ifndef TAUPERP_SUBSPACE_H
