@@ -5,7 +5,6 @@ returned in the DBC's units (rad, rad/s, Nm, m/s^2), `CRC` and `Counter` left ou
 """
 
 import enum
-import math
 import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -44,7 +43,7 @@ class E2EStatus(enum.IntEnum):
         return self in (E2EStatus.OK, E2EStatus.SOME_LOST)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Scaling:
     """One signal's way to its raw integer, and the raw integers that the DBC allows."""
 
@@ -57,14 +56,14 @@ class _Scaling:
 
     def raw(self, message: str, value: float) -> int:
         """Nearest raw integer. Raises InputError out of the DBC's range, which is never clamped."""
-        if not math.isfinite(value):
-            raise InputError(f"{message}.{self.name}: {value} is not a number that a frame can carry")
-        raw = round((value - self.offset) / self.factor)
+        try:
+            raw = round((value - self.offset) / self.factor)
+        except (ValueError, OverflowError):  # NaN, infinity
+            raise InputError(f"{message}.{self.name}: {value} is not a number that a frame can carry") from None
         if not self.raw_min <= raw <= self.raw_max:
             low, high = (self.offset + self.factor * limit for limit in (self.raw_min, self.raw_max))
-            raise InputError(
-                f"{message}.{self.name}: {value:g} {self.unit} is outside {low:g} to {high:g}".replace("  ", " ")
-            )
+            place = f"{message}.{self.name}: {value:g} {self.unit}".rstrip()
+            raise InputError(f"{place} is outside {low:g} to {high:g}")
         return raw
 
     def holds(self, value: float | None) -> bool:
@@ -83,28 +82,25 @@ class WireMessage:
     timeout_cycles: int  # cycles of silence after which the sender counts as gone; 0: never
     cycle_time_ms: int  # at 500 Hz; 0: an event
     counter_is_cycle: bool
+    name: str = field(init=False)
+    id: int = field(init=False)
+    length: int = field(init=False)
     _scalings: tuple[_Scaling, ...] = field(init=False, repr=False)
     _packer: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        scalings = tuple(_scaling(signal) for signal in self.definition.signals if signal.name not in _HEADER)
-        object.__setattr__(self, "_scalings", scalings)
+        definition = self.definition
         # What Message.encode() compiles for a message without multiplexing; called directly it is ten times faster.
-        formats = create_encode_decode_formats(self.definition.signals, self.length)
-        packer = None if self.definition.is_multiplexed() else formats.little_endian
-        object.__setattr__(self, "_packer", packer)
-
-    @property
-    def name(self) -> str:
-        return self.definition.name
-
-    @property
-    def id(self) -> int:
-        return self.definition.frame_id
-
-    @property
-    def length(self) -> int:
-        return self.definition.length
+        formats = create_encode_decode_formats(definition.signals, definition.length)
+        derived = {
+            "name": definition.name,
+            "id": definition.frame_id,
+            "length": definition.length,
+            "_scalings": tuple(_scaling(signal) for signal in definition.signals if signal.name not in _HEADER),
+            "_packer": None if definition.is_multiplexed() else formats.little_endian,
+        }
+        for attribute, value in derived.items():
+            object.__setattr__(self, attribute, value)
 
     @property
     def multiplexers(self) -> tuple[str, ...]:
@@ -120,7 +116,8 @@ class WireMessage:
         raw = {"CRC": 0, "Counter": 0}
         try:
             for scaling in self._scalings:
-                raw[scaling.name] = scaling.raw(self.name, signals[scaling.name])
+                name = scaling.name
+                raw[name] = scaling.raw(self.name, signals[name])
         except KeyError as error:
             raise InputError(f"{self.name}: signal {error.args[0]} is missing") from error
         if len(signals) != len(self._scalings):
