@@ -66,8 +66,9 @@ typedef struct {
     uint32_t task_deadline_us;
     uint32_t tick_deadline_us; /* largest distance of two ticks; beyond is FAULT */
     uint32_t tick_budget_us;   /* longest a tick may take, as the board measures it; beyond is FAULT */
-    uint32_t reset_healthy_us; /* every input good and the index below its thresholds for so long before a reset */
-    uint32_t stop_collision;   /* stop categories of IEC 60204-1: 0, 1, 2 */
+    uint32_t
+        reset_healthy_us;    /* inputs good and index below its thresholds for so long before a reset and at start-up */
+    uint32_t stop_collision; /* stop categories of IEC 60204-1: 0, 1, 2 */
     uint32_t stop_input;
     uint32_t stop_fault;
     observer_config_t observer;

@@ -7,7 +7,7 @@ enum { STAGE_MOTION = 1u, STAGE_OBSERVER = 2u, STAGE_INDEX = 4u, STAGE_DETECTOR 
 /* The inputs that have a deadline, in the order in which they are reported missing. */
 typedef enum { INPUT_NONE = 0, INPUT_SYNC = 1, INPUT_JOINTS = 2, INPUT_TASK = 3, INPUT_COUNT = 4 } input_t;
 
-static const guard_reason_t waiting_reason[INPUT_COUNT] = {GUARD_REASON_NONE, GUARD_REASON_WAITING_SYNC,
+static const guard_reason_t waiting_reason[INPUT_COUNT] = {GUARD_REASON_SETTLING, GUARD_REASON_WAITING_SYNC,
                                                            GUARD_REASON_WAITING_JOINT, GUARD_REASON_WAITING_TASK};
 static const guard_reason_t timeout_reason[INPUT_COUNT] = {GUARD_REASON_NONE, GUARD_REASON_SYNC_TIMEOUT,
                                                            GUARD_REASON_JOINT_TIMEOUT, GUARD_REASON_TASK_TIMEOUT};
@@ -189,36 +189,39 @@ static void while_monitoring(guard_t *self, input_t missing, bool saturated) {
     }
 }
 
-static void while_waiting(guard_t *self, input_t missing) {
+/* Every input is good and the index below its thresholds; keeps the time since when. */
+static void track_health(guard_t *self, input_t missing, uint64_t now_us) {
+    const bool healthy = (missing == INPUT_NONE) && (self->inputs.fault == 0u) && !self->detector.any_above;
+    if (healthy && !self->healthy) {
+        self->healthy_since_us = now_us;
+    }
+    self->healthy = healthy;
+}
+
+static bool healthy_for_long_enough(const guard_t *self, uint64_t now_us) {
+    return self->healthy && ((now_us - self->healthy_since_us) >= self->config->reset_healthy_us);
+}
+
+static void while_waiting(guard_t *self, input_t missing, uint64_t now_us) {
     const guard_reason_t fault = (guard_reason_t)self->inputs.fault;
     const bool usable = (missing == INPUT_NONE) && (self->inputs.fault == 0u);
     if (told_by_board(fault)) {
         trip(self, GUARD_STATE_STOPPED, fault, 0u);
     } else if (usable && self->detector.tripped) {
         trip(self, GUARD_STATE_STOPPED, GUARD_REASON_COLLISION, self->detector.joint + 1u);
-    } else if (usable && (self->stages == STAGE_ALL) && !self->detector.any_above) {
+    } else if ((self->stages == STAGE_ALL) && healthy_for_long_enough(self, now_us)) {
         enter(self, GUARD_STATE_MONITORING);
     } else {
         /* go on waiting */
     }
 }
 
-/* True if the request of this tick, if any, ends the trip. */
-static bool reset_granted(const guard_t *self, uint64_t now_us) {
-    return self->inputs.edge && (self->inputs.requested_trip == self->trip.number) && self->healthy &&
-           ((now_us - self->healthy_since_us) >= self->config->reset_healthy_us);
-}
-
 static void while_stopped(guard_t *self, input_t missing, uint64_t now_us) {
-    const bool healthy = (missing == INPUT_NONE) && (self->inputs.fault == 0u) && !self->detector.any_above;
-    if (healthy && !self->healthy) {
-        self->healthy_since_us = now_us;
-    }
-    self->healthy = healthy;
-    if (reset_granted(self, now_us)) {
+    if (self->inputs.edge && (self->inputs.requested_trip == self->trip.number) &&
+        healthy_for_long_enough(self, now_us)) {
         self->inputs.edge = false;
         enter(self, GUARD_STATE_WAITING);
-        while_waiting(self, missing);
+        while_waiting(self, missing, now_us);
     }
 }
 
@@ -235,12 +238,13 @@ static input_t step(guard_t *self, uint64_t now_us) {
     }
     const bool saturated = count_saturations(self);
     const input_t missing = missing_input(self, now_us);
+    track_health(self, missing, now_us);
     switch ((guard_state_t)self->state) {
     case GUARD_STATE_MONITORING:
         while_monitoring(self, missing, saturated);
         break;
     case GUARD_STATE_WAITING:
-        while_waiting(self, missing);
+        while_waiting(self, missing, now_us);
         break;
     case GUARD_STATE_STOPPED:
         while_stopped(self, missing, now_us);
@@ -287,7 +291,7 @@ static void tell_reason(const guard_t *self, input_t missing, guard_output_t *ou
             out->reason = (guard_reason_t)self->inputs.fault;
             out->joint = self->inputs.fault_joint;
         } else {
-            out->reason = (missing == INPUT_NONE) ? GUARD_REASON_WAITING_JOINT : waiting_reason[missing];
+            out->reason = waiting_reason[missing];
             out->joint = (uint8_t)((missing == INPUT_JOINTS) ? missing_joint(&self->inputs.snapshot) : 0u);
         }
         break;

@@ -6,6 +6,9 @@
  * stops by itself. MONITORING needs every input: Sync, a complete joint snapshot and the task, each younger than its
  * deadline, each checked (E2E, length, format, range); deadlines are looked at by every tick from the first one on.
  *
+ * The first permission comes when all of this has been so for reset_healthy_us, with the index below its thresholds:
+ * an observer that has just started cannot see yet what already leans on the arm.
+ *
  * What ends the permission:
  *   - the index in force above its threshold for its debounce: COLLISION, with joint, value and threshold;
  *   - an input older than its deadline, a joint that reports a sensor fault, a value out of its range, a task that is
@@ -71,7 +74,8 @@ typedef enum {
     GUARD_REASON_RX_OVERFLOW = 21,
     GUARD_REASON_SHUTDOWN = 22,
     GUARD_REASON_TIME_BACKWARDS = 23, /* FAULT */
-    GUARD_REASON_SATURATED = 24       /* a fixed-point result did not fit: STOPPED */
+    GUARD_REASON_SATURATED = 24,      /* a fixed-point result did not fit: STOPPED */
+    GUARD_REASON_SETTLING = 25        /* waiting: every input is good, but not for long enough yet */
 } guard_reason_t;
 
 /* What the environment did wrong since guard_init. Each saturates at its maximum. */

@@ -116,6 +116,7 @@ extern "C" {
 #define TAUPERP_STOP_COMMAND_REASON_SHUTDOWN_CHOICE (22u)
 #define TAUPERP_STOP_COMMAND_REASON_TIME_BACKWARDS_CHOICE (23u)
 #define TAUPERP_STOP_COMMAND_REASON_SATURATED_CHOICE (24u)
+#define TAUPERP_STOP_COMMAND_REASON_SETTLING_CHOICE (25u)
 
 #define TAUPERP_GUARD_RESET_REQUEST_IDLE_CHOICE (0u)
 #define TAUPERP_GUARD_RESET_REQUEST_RESET_CHOICE (1u)
@@ -171,6 +172,7 @@ extern "C" {
 #define TAUPERP_GUARD_STATUS_REASON_SHUTDOWN_CHOICE (22u)
 #define TAUPERP_GUARD_STATUS_REASON_TIME_BACKWARDS_CHOICE (23u)
 #define TAUPERP_GUARD_STATUS_REASON_SATURATED_CHOICE (24u)
+#define TAUPERP_GUARD_STATUS_REASON_SETTLING_CHOICE (25u)
 
 #define TAUPERP_GUARD_STATUS_FORMAT_UNINITIALISED_CHOICE (0u)
 #define TAUPERP_GUARD_STATUS_FORMAT_CLASSIC_CHOICE (1u)
@@ -323,7 +325,7 @@ struct tauperp_stop_command_t {
     /**
      * Why motion is not permitted, or None; append-only.
      *
-     * Range: 0..24 (0..24 -)
+     * Range: 0..25 (0..25 -)
      * Scale: 1
      * Offset: 0
      */
@@ -674,7 +676,7 @@ struct tauperp_guard_status_t {
     /**
      * Why motion is not permitted, or None; append-only.
      *
-     * Range: 0..24 (0..24 -)
+     * Range: 0..25 (0..25 -)
      * Scale: 1
      * Offset: 0
      */

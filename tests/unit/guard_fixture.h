@@ -187,7 +187,7 @@ static inline void silent_cycles(bench_t *bench, uint32_t number) {
 }
 
 static inline void run_until_permitted(bench_t *bench) {
-    cycles(bench, 10u);
+    cycles(bench, 30u);
     TEST_ASSERT_TRUE(bench->out.permitted);
     TEST_ASSERT_EQUAL(GUARD_STATE_MONITORING, bench->out.state);
 }

@@ -206,6 +206,26 @@ static void test_a_value_that_is_not_available_ends_the_permission_at_once(void)
     assert_range_trip(0u);
 }
 
+static void test_not_available_is_refused_where_the_robot_would_allow_the_value(void) {
+    guard_config_t config = make_config();
+    for (uint32_t i = 0; i < JOINTS; ++i) {
+        config.robot.joint[i].torque_max_nm = NUM(400);
+    }
+    seal_config(&config);
+    start_with(&bench, &config);
+    run_until_permitted(&bench);
+    bench.torque[0] = INT16_MIN;
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_INPUT_RANGE, 1u);
+}
+
+static void test_of_two_faults_in_one_tick_the_first_is_reported(void) {
+    bench.sensor_status[2] = 1u;
+    bench.torque[4] = INT16_MIN;
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_SENSOR_STATUS, 3u);
+}
+
 static void test_a_value_beyond_the_robots_limits_ends_the_permission_at_once(void) {
     bench.position[3] = 32000; /* 4 rad */
     assert_range_trip(3u);
@@ -287,7 +307,7 @@ static void test_fd_frames_are_heard_and_sent_when_configured(void) {
     config.format = FORMAT_FD;
     seal_config(&config);
     start_with(&bench, &config);
-    for (uint32_t c = 0; c < 5u; ++c) {
+    for (uint32_t c = 0; c < 30u; ++c) {
         next_cycle(&bench);
         can_frame_t frames[JOINTS + 2u];
         frames[0] = sync_frame(&bench);
@@ -323,6 +343,8 @@ int main(void) {
     RUN_TEST(test_a_frame_sealed_for_another_message_is_refused);
     RUN_TEST(test_a_value_that_is_not_available_ends_the_permission_at_once);
     RUN_TEST(test_a_value_beyond_the_robots_limits_ends_the_permission_at_once);
+    RUN_TEST(test_not_available_is_refused_where_the_robot_would_allow_the_value);
+    RUN_TEST(test_of_two_faults_in_one_tick_the_first_is_reported);
     RUN_TEST(test_any_sensor_status_but_ok_ends_the_permission_at_once);
     RUN_TEST(test_every_task_number_but_the_configured_ones_is_invalid);
     RUN_TEST(test_an_acceleration_that_is_not_available_ends_the_permission_at_once);

@@ -100,6 +100,7 @@ static void test_tick_time_and_deadline_margin_are_told(void) {
     TEST_ASSERT_EQUAL(DEADLINE_CYCLES * PERIOD_US, get16(frame->data + 6));
     silent_cycles(&bench, 2u);
     TEST_ASSERT_EQUAL((DEADLINE_CYCLES - 2u) * PERIOD_US, get16(page(6u)->data + 6));
+    TEST_ASSERT_EQUAL(DEADLINE_CYCLES * PERIOD_US, get16(page(6u)->data + 6)); /* since the page before */
 }
 
 static void test_a_joints_residual_is_told_in_hundredths(void) {

@@ -319,6 +319,79 @@ static void test_a_guard_without_a_good_configuration_says_stop(void) {
     TEST_ASSERT_EQUAL_HEX8(0xF0, bench.out.frame[0].data[2]);
 }
 
+static void test_at_time_zero_nothing_has_been_heard_yet(void) {
+    bench.now_us = 0u;
+    tick(&bench);
+    bench.now_us = 1u;
+    tick(&bench);
+    TEST_ASSERT_EQUAL(GUARD_REASON_WAITING_SYNC, bench.out.reason);
+}
+
+static void test_a_tick_before_the_last_one_is_a_fault(void) {
+    tick(&bench);
+    tick(&bench);
+    --bench.now_us;
+    tick(&bench);
+    assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
+}
+
+static void test_the_first_permission_waits_until_the_observer_has_settled(void) {
+    uint32_t taken = 0;
+    while (!bench.out.permitted && (taken < 100u)) {
+        cycle(&bench);
+        ++taken;
+        TEST_ASSERT_TRUE(bench.out.permitted || (taken < 4u) || (bench.out.reason == GUARD_REASON_SETTLING));
+    }
+    /* Two cycles until every sender has an E2E reference and the self-test is done, then 20 ms. */
+    TEST_ASSERT_EQUAL(2u + 20u, taken);
+}
+
+static void test_a_collision_at_start_up_permits_nothing_and_latches(void) {
+    for (uint32_t i = 0; i < 6u; ++i) {
+        cycle(&bench);
+        if (i == 0u) {
+            bench.torque[2] = (int16_t)(bench.torque[2] + 6000); /* above the threshold after one sample */
+        }
+        TEST_ASSERT_FALSE(bench.out.permitted);
+    }
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
+}
+
+static void test_a_new_trip_needs_its_own_healthy_time(void) {
+    run_until_permitted(&bench);
+    silent_cycles(&bench, 10u);
+    cycles(&bench, 100u);
+    ask_reset(&bench, bench.out.trip_number);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+    bench.sensor_status[0] = 2u;
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_SENSOR_STATUS, 1u);
+    bench.sensor_status[0] = 0u;
+    ask_reset(&bench, bench.out.trip_number);
+    assert_stopped(&bench, GUARD_REASON_SENSOR_STATUS, 1u);
+    cycles(&bench, 100u);
+    ask_reset(&bench, bench.out.trip_number);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+}
+
+static void test_a_controller_that_starts_with_the_request_set_resets_nothing(void) {
+    run_until_permitted(&bench);
+    silent_cycles(&bench, 10u);
+    cycles(&bench, 100u);
+    for (uint32_t i = 0; i < 5u; ++i) {
+        receive(&bench, reset_frame(&bench, bench.out.trip_number, true));
+        cycle(&bench);
+    }
+    assert_stopped(&bench, GUARD_REASON_SYNC_TIMEOUT, 0u);
+}
+
+static void test_a_saturated_result_ends_the_permission(void) {
+    run_until_permitted(&bench);
+    ++bench.guard.observer.saturations;
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_SATURATED, 0u);
+}
+
 static void test_the_guard_fits_its_memory(void) {
     TEST_ASSERT_TRUE(sizeof(guard_t) <= 4096u);
 }
@@ -353,6 +426,13 @@ int main(void) {
     RUN_TEST(test_a_residual_that_is_no_number_is_a_fault);
     RUN_TEST(test_what_the_board_tells_latches_from_any_running_state);
     RUN_TEST(test_a_guard_without_a_good_configuration_says_stop);
+    RUN_TEST(test_at_time_zero_nothing_has_been_heard_yet);
+    RUN_TEST(test_a_tick_before_the_last_one_is_a_fault);
+    RUN_TEST(test_the_first_permission_waits_until_the_observer_has_settled);
+    RUN_TEST(test_a_collision_at_start_up_permits_nothing_and_latches);
+    RUN_TEST(test_a_new_trip_needs_its_own_healthy_time);
+    RUN_TEST(test_a_controller_that_starts_with_the_request_set_resets_nothing);
+    RUN_TEST(test_a_saturated_result_ends_the_permission);
     RUN_TEST(test_the_guard_fits_its_memory);
     return UNITY_END();
 }

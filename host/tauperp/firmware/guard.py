@@ -73,6 +73,7 @@ class Reason(enum.IntEnum):
     SHUTDOWN = 22
     TIME_BACKWARDS = 23
     SATURATED = 24
+    SETTLING = 25
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
