@@ -34,24 +34,12 @@ def run(args: argparse.Namespace) -> int:
     configuration = load_configuration(source, robot=args.robot)
     recordings = [read_csv(path, configuration.robot.n) for path in args.csv]
     _check_names(recordings)
-    playbacks = [play(recording, at_rate_of(configuration, recording), task=args.task) for recording in recordings]
+    playbacks = [play(recording, configuration, task=args.task) for recording in recordings]
     scores = [score(playback) for playback in playbacks]
     report = _report(configuration, playbacks, scores)
     _write(Path(args.out), playbacks, scores, report)
     print(json.dumps(report, indent=2) if args.json else _table(playbacks, scores, report, args.out))
     return 0 if is_good(scores) else 1
-
-
-def at_rate_of(configuration: Configuration, recording: Recording) -> Configuration:
-    """The same installation at the recording's own rate, with torques that are samples and no means."""
-    return load_configuration(
-        configuration.source,
-        robot=configuration.robot,
-        overrides={
-            "wire": {"rate_hz": 1e6 / recording.period_us},
-            "observer": {"torque_sample": "instant"},
-        },
-    )
 
 
 def _preset_for(robot: str | None) -> str:

@@ -1,6 +1,7 @@
 """One installation: its settings together with its robot and its wire, checked against each other."""
 
 import dataclasses
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,6 +12,7 @@ from tauperp.busload import worst_case_load
 from tauperp.config.block import MAX_JOINTS, Numeric, block_crc, block_dtype, observer_constants, pack
 from tauperp.config.settings import TASKS, Settings, TaskName
 from tauperp.errors import InputError
+from tauperp.toml import validate
 from tauperp.wire import Wire
 
 if TYPE_CHECKING:
@@ -109,6 +111,15 @@ class Configuration:
             return own
         message = {"sync": "Sync", "joint": "JointState1", "task": "TaskCommand"}[kind]
         return self.wire.message(message).timeout_cycles
+
+    def changed(self, **tables: Mapping[str, Any]) -> "Configuration":
+        """The same installation with some keys of some tables replaced, e.g. changed(wire={"rate_hz": 200}).
+
+        Raises InputError as a file with these keys would.
+        """
+        old = self.settings.model_dump()
+        new = {name: {**old.get(name, {}), **keys} for name, keys in tables.items()}
+        return dataclasses.replace(self, settings=validate(Settings, {**old, **new}, self.source))
 
     def block(self, numeric: Numeric = "float32") -> bytes:
         """The bytes of guard_config_t. Raises InputError for a number that its numeric type cannot hold."""

@@ -49,7 +49,7 @@ class Playback:
     """What the guard made of a recording, row by row."""
 
     recording: Recording
-    configuration: Configuration
+    configuration: Configuration  # at the recording's rate
     task: TaskName
     offset_nm: FloatArray  # (n,) taken from the measured torque
     residual: FloatArray  # (m, n) Nm
@@ -80,10 +80,13 @@ def sensor_offset(recording: Recording, core: Core) -> FloatArray:
 def play(
     recording: Recording, configuration: Configuration, *, task: TaskName = "none", numeric: Numeric = "float32"
 ) -> Playback:
-    """Send a recording through the guard; its period has to be the configuration's.
+    """Send a recording through the guard, which runs at the recording's rate instead of the configuration's.
 
     Raises InputError for a row that the wire cannot carry, and for what `sensor_offset` refuses.
     """
+    configuration = configuration.changed(
+        wire={"rate_hz": 1e6 / recording.period_us}, observer={"torque_sample": "instant"}
+    )
     offset = sensor_offset(recording, Core(configuration.robot, numeric, configuration))
     guard = Guard(configuration.block(numeric))
     bus = _Bus(recording, configuration, task, offset)

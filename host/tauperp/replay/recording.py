@@ -116,8 +116,8 @@ def _numbers(path: Path, rows: list[list[str]]) -> FloatArray:
         )
         raise InputError(f"{path}:{line}: {cell!r} is not a number") from None
     if not np.isfinite(values).all():
-        row, column = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
-        raise InputError(f"{path}:{row + 2}: {rows[0][column]} is not finite")
+        at, column = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
+        raise InputError(f"{path}:{at + 2}: {rows[0][column]} is not finite")
     return values
 
 

@@ -3,7 +3,6 @@
 import io
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -26,9 +25,8 @@ def replay_figure(playback: Playback, score: Score) -> bytes:
     time = recording.time_s
     thresholds = playback.configuration.threshold_nm(playback.task)
     share = np.abs(playback.index) / thresholds
-    colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.92, thresholds.size))
-    for joint, colour in enumerate(colours):
-        label = f"{joint + 1}: {thresholds[joint]:g} Nm"
+    for joint, threshold in enumerate(thresholds):
+        colour, label = f"C{joint}", f"{joint + 1}: {threshold:g} Nm"
         above.plot(time, playback.residual[:, joint], color=colour, linewidth=0.9, label=label)
         below.plot(time, share[:, joint], color=colour, linewidth=0.9)
     for axes in (above, below):
@@ -47,7 +45,8 @@ def replay_figure(playback: Playback, score: Score) -> bytes:
     above.legend(title="joint: threshold", fontsize=8, title_fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     below.set_ylabel(f"|{index}| / threshold")
     below.set_xlabel("time [s]; touches shaded")
-    below.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    if below.get_legend_handles_labels()[0]:
+        below.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     above.set_title(
         f"{recording.name}, {playback.configuration.robot.name}: {len(score.found)} of {score.touches} touches found, "
         f"{len(score.alarms)} alarms in {score.idle_s:.1f} s idle",
