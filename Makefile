@@ -15,6 +15,7 @@ include tools/make/firmware.mk
 include tools/make/unit.mk
 include tools/make/linux.mk
 include tools/make/check.mk
+include tools/make/boards.mk
 
 .PHONY: help demo clean
 

@@ -1,0 +1,124 @@
+/* guard: the instructions of a whole cycle (frames in, tick, answers out), the stack that it touches, and its memory.
+ *
+ * Each random state starts a guard anew and moves on for CYCLES cycles; the last MEASURED of them are counted, with
+ * the torque that this motion takes, so that the guard permits it as it does on most of its ticks. Tasks take turns.
+ */
+#include "guard.h"
+
+#include "cycle.h"
+#include "motion.h"
+#include "report.h"
+
+#define STATES      10000u
+#define CYCLES      4u
+#define MEASURED    2u
+#define SEED        20240301u
+#define PAINTED     4096u /* bytes */
+#define PAINT       0xA5A5A5A5u
+#define PAINT_PROBE 200u /* states after which the stack is looked at */
+
+extern const guard_config_t board_config;
+
+static guard_t guard;
+static guard_output_t out;
+static cycle_frames_t frames;
+static motion_t before, now;
+
+/* What the joints' sensors read while the arm moves from `before` to `now` and nothing touches it. */
+static void undisturbed_torque(bench_state_t *state, bool first) {
+    uint32_t saturations = 0;
+    const num_t rate = num_from_int((int32_t)(1000000u / board_config.period_us / 10u));
+    before = now;
+    motion_step(&now, &board_config.robot, state->position, state->velocity);
+    for (uint32_t i = 0; i < board_config.robot.joint_count; ++i) {
+        const num_t limit = board_config.robot.joint[i].torque_max_nm;
+        const num_t change = first ? NUM(0) : (now.momentum[i] - before.momentum[i]);
+        const num_t force = num_mul(num_mul(change, rate, &saturations), NUM(10), &saturations);
+        const num_t torque = force - now.coriolis[i] + now.gravity[i];
+        state->torque[i] = num_max(-limit, num_min(limit, torque));
+    }
+}
+
+typedef struct {
+    tally_t total, receive, tick;
+    uint32_t permitted;
+} result_t;
+
+static void run_cycle(uint64_t now_us, result_t *result) {
+    stretch_begin();
+    for (uint32_t i = 0; i < frames.count; ++i) {
+        guard_receive(&guard, &frames.frame[i], now_us);
+    }
+    const uint32_t receive = stretch_end();
+    stretch_begin();
+    guard_tick(&guard, now_us, &out);
+    const uint32_t tick = stretch_end();
+    guard_note_tick_time(&guard, 1u);
+    if (result != 0) {
+        tally_add(&result->receive, receive);
+        tally_add(&result->tick, tick);
+        tally_add(&result->total, receive + tick);
+        result->permitted += out.permitted ? 1u : 0u;
+    }
+}
+
+/* Bytes of stack below this function that the guard writes to in one cycle, found by painting them first. */
+__attribute__((noinline)) static uint32_t touched_stack(uint64_t now_us, bool start) {
+    volatile uint32_t *top;
+    __asm volatile("mov %0, sp" : "=r"(top));
+    for (uint32_t i = 1; i <= PAINTED / 4u; ++i) {
+        *(top - i) = PAINT;
+    }
+    if (start) {
+        (void)guard_init(&guard, &board_config);
+    }
+    for (uint32_t i = 0; i < frames.count; ++i) {
+        guard_receive(&guard, &frames.frame[i], now_us);
+    }
+    guard_tick(&guard, now_us, &out);
+    guard_note_tick_time(&guard, 1u);
+    uint32_t deepest = 0;
+    for (uint32_t i = 1; i <= PAINTED / 4u; ++i) {
+        deepest = (*(top - i) != PAINT) ? i : deepest;
+    }
+    return deepest * 4u;
+}
+
+static void count_guard(void) {
+    result_t result = {{0}, {0}, {0}, 0};
+    random_t random = {SEED};
+    bench_state_t state = {0};
+    motion_init(&now);
+    uint32_t stack = 0;
+    for (uint32_t i = 0; i < STATES / MEASURED; ++i) {
+        const uint32_t chosen = ((i % 2u) == 0u) ? TASK_PAYLOAD : TASK_CONTACT;
+        states_jump(&state, &board_config, &random);
+        for (uint32_t cycle = 0; cycle < CYCLES; ++cycle) {
+            const uint64_t now_us = (uint64_t)cycle * board_config.period_us;
+            undisturbed_torque(&state, cycle == 0u);
+            cycle_encode(&frames, &board_config, &state, chosen, (uint16_t)cycle);
+            if (i < PAINT_PROBE) {
+                const uint32_t touched = touched_stack(now_us, cycle == 0u);
+                stack = (touched > stack) ? touched : stack;
+            } else if (cycle == 0u) {
+                (void)guard_init(&guard, &board_config);
+                run_cycle(now_us, 0);
+            } else {
+                run_cycle(now_us, (cycle >= (CYCLES - MEASURED)) ? &result : 0);
+            }
+            states_advance(&state, &board_config, &random);
+        }
+    }
+    report_tally("guard_tick", "total", &result.total);
+    report_tally("guard_tick", "receive", &result.receive);
+    report_tally("guard_tick", "tick", &result.tick);
+    report_size("permitted_ticks", result.permitted);
+    report_size("painted_stack_bytes", stack);
+}
+
+int main(void) {
+    stretch_init();
+    report_size("guard_bytes", sizeof(guard_t));
+    count_guard();
+    return 0;
+}

@@ -1,0 +1,27 @@
+/* report: tallies of instruction counts, and the lines in which an image hands them to tools/bench/bench.py:
+ *
+ *     count CASE STAGE MEAN WORST STATES        (STAGE "total" for the case itself)
+ *     size NAME BYTES
+ */
+#ifndef TAUPERP_BENCH_REPORT_H
+#define TAUPERP_BENCH_REPORT_H
+
+#include <stdint.h>
+
+typedef struct {
+    uint64_t sum;
+    uint32_t worst;
+    uint32_t count;
+} tally_t;
+
+void tally_add(tally_t *self, uint32_t instructions);
+
+/* One stretch of code between begin and end; the cost of looking at the counter is taken out. */
+void stretch_init(void);
+void stretch_begin(void);
+uint32_t stretch_end(void);
+
+void report_tally(const char *case_name, const char *stage, const tally_t *tally);
+void report_size(const char *name, uint32_t bytes);
+
+#endif

@@ -1,0 +1,84 @@
+/* stages: the instructions of each stage of the core, for each task, over random states. */
+#include "detector.h"
+#include "index.h"
+#include "report.h"
+#include "states.h"
+
+#define STATES 10000u
+#define SEED 20240229u
+
+extern const guard_config_t board_config;
+
+enum { STAGE_MOTION, STAGE_OBSERVER, STAGE_INDEX, STAGE_DETECTOR, STAGE_TOTAL, STAGE_COUNT };
+
+static const char *const STAGE_NAMES[STAGE_COUNT] = {"motion", "observer", "index", "detector", "total"};
+
+typedef struct {
+    motion_t motion;
+    observer_t observer;
+    index_t index;
+    detector_t detector;
+} core_t;
+
+static core_t core;
+
+static void step(const bench_state_t *state, const task_config_t *task, tally_t tally[]) {
+    const guard_config_t *const config = &board_config;
+    const robot_t *const robot = &config->robot;
+    uint32_t spent[STAGE_COUNT] = {0};
+
+    stretch_begin();
+    motion_step(&core.motion, robot, state->position, state->velocity);
+    spent[STAGE_MOTION] = stretch_end();
+
+    stretch_begin();
+    observer_step(&core.observer, &config->observer, robot->joint_count, &core.motion, state->torque, 1u);
+    spent[STAGE_OBSERVER] = stretch_end();
+
+    stretch_begin();
+    index_step(&core.index, &config->subspace, (index_kind_t)task->index, robot, &core.motion, &core.observer,
+               state->acceleration);
+    spent[STAGE_INDEX] = stretch_end();
+
+    stretch_begin();
+    detector_step(&core.detector, task, robot->joint_count, core.index.value);
+    spent[STAGE_DETECTOR] = stretch_end();
+
+    for (uint32_t stage = 0; stage < STAGE_TOTAL; ++stage) {
+        spent[STAGE_TOTAL] += spent[stage];
+        tally_add(&tally[stage], spent[stage]);
+    }
+    tally_add(&tally[STAGE_TOTAL], spent[STAGE_TOTAL]);
+}
+
+static void count_task(const char *name, const task_config_t *task) {
+    tally_t tally[STAGE_COUNT] = {{0}};
+    random_t random = {SEED};
+    bench_state_t state = {0};
+    motion_init(&core.motion);
+    observer_init(&core.observer);
+    index_init(&core.index);
+    detector_init(&core.detector);
+    observer_step(&core.observer, &board_config.observer, board_config.robot.joint_count, &core.motion, state.torque,
+                  0u);
+    for (uint32_t i = 0; i < STATES; ++i) {
+        if ((i % 2u) == 0u) {
+            states_jump(&state, &board_config, &random);
+            index_init(&core.index); /* so that the filtered basis is this state's and not a mean of unrelated ones */
+        } else {
+            states_advance(&state, &board_config, &random);
+        }
+        step(&state, task, tally);
+    }
+    for (uint32_t stage = 0; stage < STAGE_COUNT; ++stage) {
+        report_tally(name, STAGE_NAMES[stage], &tally[stage]);
+    }
+}
+
+int main(void) {
+    stretch_init();
+    count_task("none", &board_config.task[TASK_NONE]);
+    count_task("payload", &board_config.task[TASK_PAYLOAD]);
+    count_task("contact", &board_config.task[TASK_CONTACT]);
+    return 0;
+}
