@@ -59,7 +59,7 @@ bool snapshot_holds(const snapshot_t *self) {
     const uint32_t expected = self->expected;
     const bool joints_hold = (expected != 0u) && ((expected & (expected + 1u)) == 0u) &&
                              ((self->received & ~expected) == 0u) && (self->begun || (self->received == 0u));
-    const bool taken_holds = !self->taken || (self->referenced && (self->received == self->expected) &&
-                                              (self->taken_cycle == self->cycle));
+    const bool taken_holds =
+        !self->taken || (self->referenced && (self->received == self->expected) && (self->taken_cycle == self->cycle));
     return joints_hold && taken_holds && (self->begun || !self->referenced);
 }
