@@ -23,6 +23,9 @@ from tauperp.errors import InputError
 COMMANDS = {
     "robot": "make a robot table for the firmware from a URDF or MJCF file",
     "config": "make the guard's configuration block from a TOML file",
+    "experiment": "one of the paper's two experiments, simulated, against the firmware",
+    "demo": "both experiments of the paper, one table",
+    "run": "run any scenario against the firmware",
     "replay": "send a recording of a real robot through the firmware",
 }
 

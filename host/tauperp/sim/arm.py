@@ -20,7 +20,13 @@ from tauperp.robot import Robot
 from tauperp.sim.model import PAYLOAD, TIP, build_spec
 
 BRAKE_MARGIN = 1.5  # a holding brake carries more than the joint's largest torque
-BRAKE_IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)  # MuJoCo's solimp; its default lets a brake creep at 0.02 rad/s
+BRAKE_IMPEDANCE = (
+    0.9999,
+    0.9999,
+    0.001,
+    0.5,
+    2.0,
+)  # MuJoCo's solimp; its default lets a brake creep at 0.02 rad/s
 
 
 @dataclass(frozen=True)
@@ -84,13 +90,16 @@ class Arm:
             one.add_to(spec)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
-        self._scratch = mujoco.MjData(self.model)  # mj_setConst works in a state of its own, not in the running one
+        self._scratch = mujoco.MjData(
+            self.model
+        )  # mj_setConst works in a state of its own, not in the running one
         self.model.dof_solimp[: self.n] = BRAKE_IMPEDANCE
         self._rotor = self.model.dof_armature[: self.n].copy()
         self._torque_max = np.array([joint.torque_max for joint in robot.joints])
         self._tip = self.model.site(TIP).id
         self._payload = self.model.body(PAYLOAD).id
         self._links = [int(body) for body in self.model.jnt_bodyid[: self.n]]
+        self._lever_moment = np.empty(3)
         self._braked = False
         self.time_s = 0.0
         self.attach(None)
@@ -120,7 +129,9 @@ class Arm:
     def brake(self, engaged: bool) -> None:
         """Engage or lift the holding brakes: dry friction on the motor's side."""
         if engaged != self._braked:
-            self.model.dof_frictionloss[: self.n] = BRAKE_MARGIN * self._torque_max if engaged else 0.0
+            self.model.dof_frictionloss[: self.n] = (
+                BRAKE_MARGIN * self._torque_max if engaged else 0.0
+            )
             self._braked = engaged
 
     def step(self, torque: NDArray[np.float64]) -> JointSample:
@@ -148,13 +159,17 @@ class Arm:
         data, body = self.data, self._links[-1]
         lever = data.site_xpos[self._tip] - data.xipos[body]
         data.xfrc_applied[body, :3] = force
-        data.xfrc_applied[body, 3:] = moment + np.cross(lever, force)
+        data.xfrc_applied[body, 3:] = moment
+        mujoco.mju_cross(self._lever_moment, lever, force)
+        data.xfrc_applied[body, 3:] += self._lever_moment
 
     def _brake_torque(self) -> NDArray[np.float64]:
         """What the brakes did in the last step, (n,) Nm."""
         data = self.data
         torque = np.zeros(self.n)
-        rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
+        rows = np.flatnonzero(
+            data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF
+        )
         torque[data.efc_id[rows]] = data.efc_force[rows]
         return torque
 

@@ -10,6 +10,7 @@ from tauperp.firmware import Guard, Verdict
 class GuardPeer(Protocol):
     """Whoever plays the guard on the bus. One of another process or machine takes its turn by itself."""
 
+    remote: bool  # it takes its turn by itself, and only its frames tell what it thinks
     verdict: Verdict | None  # of the last tick, where it can be looked into
 
     def turn(self, now_us: int) -> None:
@@ -18,6 +19,8 @@ class GuardPeer(Protocol):
 
 class GuardNode:
     """The library's guard, ticked once a cycle in simulated time."""
+
+    remote = False
 
     def __init__(self, bus: can.BusABC, guard: Guard) -> None:
         self.guard = guard
@@ -34,8 +37,9 @@ class GuardNode:
 
 
 class RemoteGuard:
-    """A guard somewhere else on the bus: it needs no turn, and only its frames tell what it thinks."""
+    """A guard somewhere else on the bus."""
 
+    remote = True
     verdict: Verdict | None = None
 
     def turn(self, now_us: int) -> None:

@@ -28,7 +28,13 @@ class GuidingForce:
         left = 2 * self.rise_s + self.hold_s - since
         if since <= 0 or left <= 0:
             return 0.0
-        return 0.5 - 0.5 * math.cos(math.pi * min(since / self.rise_s, left / self.rise_s, 1.0))
+        return 0.5 - 0.5 * math.cos(
+            math.pi * min(since / self.rise_s, left / self.rise_s, 1.0)
+        )
+
+    def over(self, time_s: float) -> bool:
+        """Whether it has ended for good by then."""
+        return time_s >= self.start_s + 2 * self.rise_s + self.hold_s
 
 
 class Guidance:
@@ -39,14 +45,17 @@ class Guidance:
         self.force_n = np.zeros(3)
 
     def start(self, forces: tuple[GuidingForce, ...], time_s: float) -> None:
-        """From now on apply `forces`, their times counted from `time_s`, in place of all earlier ones."""
-        self._forces = tuple((time_s, force) for force in forces)
+        """Add `forces`, their times counted from `time_s`; forces that are over are forgotten."""
+        running = [one for one in self._forces if not one[1].over(time_s - one[0])]
+        self._forces = (*running, *((time_s, force) for force in forces))
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Nothing to add: a force needs no body."""
 
     def before_step(self, arm: Arm, time_s: float) -> None:
         """Set the wrench for this step."""
+        if not self._forces:
+            return
         force, moment = np.zeros(3), np.zeros(3)
         for start_s, one in self._forces:
             share = one.share(time_s - start_s)

@@ -1,0 +1,95 @@
+"""`tauperp run SCENARIO.toml`: any scenario against the compiled firmware."""
+
+import argparse
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import can
+from can.io import MESSAGE_WRITERS
+
+from tauperp.bus import add_bus_arguments
+from tauperp.view.summary import print_outcomes, shown_progress
+from tauperp.errors import InputError
+from tauperp.experiment import run_scenario
+from tauperp.scenario import load_scenario, shipped
+
+HELP = """Run a scenario, a TOML file or the name of a shipped one, in lockstep against the compiled firmware: robot,
+task, payload, motion, contacts, sensor faults. Exit code 0 if every collision stopped the robot and nothing else but
+a sensor's fault did."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scenario",
+        metavar="SCENARIO",
+        help="TOML file, or the name of a shipped scenario",
+    )
+    parser.add_argument(
+        "--robot",
+        metavar="NAME",
+        help="shipped robot, URDF or MJCF instead of the scenario's",
+    )
+    parser.add_argument(
+        "--seed",
+        type=int,
+        metavar="N",
+        help="of sensors and model errors, instead of the scenario's",
+    )
+    parser.add_argument(
+        "--record",
+        metavar="FILE",
+        help="write every frame: .blf, .asc, .log, whatever python-can writes",
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="print JSON instead of the table"
+    )
+    add_bus_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    path = (
+        args.scenario
+        if Path(args.scenario).suffix == ".toml"
+        else shipped(args.scenario)
+    )
+    scenario = load_scenario(path, robot=args.robot, seed=args.seed)
+    with (
+        _recorder(args.record) as listener,
+        shown_progress(Path(path).stem) as progress,
+    ):
+        outcome = run_scenario(
+            scenario,
+            interface=args.interface,
+            channel=args.channel,
+            listener=listener,
+            progress=progress,
+        )
+    if args.json:
+        print(json.dumps(outcome.report, indent=2))
+    else:
+        print_outcomes([outcome], args.record)
+    return 0 if outcome.passed else 1
+
+
+@contextmanager
+def _recorder(name: str | None) -> Iterator[Any]:
+    """python-can's writer for this file, or None. The file gets its name only once the run is over."""
+    if name is None:
+        yield None
+        return
+    path = Path(name)
+    if path.suffix not in MESSAGE_WRITERS:
+        raise InputError(
+            f"{name}: python-can writes no '{path.suffix}' (it writes {' '.join(sorted(MESSAGE_WRITERS))})"
+        )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f".{path.stem}.part{path.suffix}")
+    try:
+        with can.Logger(beside) as logger:
+            yield logger
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)

@@ -1,0 +1,257 @@
+"""Running a scenario against the compiled firmware, and judging what came of it: the paper's two experiments and any
+other.
+
+A collision is *under way* from the first touch until 5 / K after the last one, K the observer's gain: by then what the
+observer remembers of it has decayed below 1 %. A stop for a collision at any other time is a false stop; what r and the
+index reach at any other time are the free peaks. Nothing else is left out, neither grasping and letting go of payloads
+nor stopping, retreating and coming back.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import can
+import numpy as np
+
+from tauperp.bus import DEFAULT_CHANNEL, DEFAULT_INTERFACE, open_bus
+from tauperp.config import TASKS
+from tauperp.firmware import Guard, Reason
+from tauperp.provenance import provenance
+from tauperp.scenario import Scenario, load_scenario, shipped
+from tauperp.sim.guard_node import GuardNode
+from tauperp.sim.lockstep import Lockstep, Progress
+from tauperp.sim.trace import Contact, Stop, Trace
+from tauperp.sim.virtual import LockstepBus
+
+EXPERIMENTS = ("payload", "contact")
+SETTLE_GAINS = 5.0  # times 1 / K
+FAULT_AFTERMATH_S = 1.0  # a stop that long after a sensor fault is still its doing
+FREE_INDEX_LIMIT_NM = (
+    0.5  # an experiment's verdict: no more than this without a collision
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One run: its cycles, and its numbers as they go into a JSON file."""
+
+    scenario: Scenario
+    trace: Trace
+    report: dict[str, Any]
+
+    @property
+    def passed(self) -> bool:
+        """The verdict."""
+        return bool(self.report["passed"])
+
+
+def run_experiment(
+    name: str,
+    *,
+    robot: str | Path | None = None,
+    seed: int | None = None,
+    rate_hz: float | None = None,
+    mass_kg: float | None = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """One of EXPERIMENTS. Raises InputError for what cannot be run."""
+    scenario = load_scenario(
+        shipped(name), robot=robot, seed=seed, rate_hz=rate_hz, mass_kg=mass_kg
+    )
+    outcome = run_scenario(scenario, progress=progress)
+    quiet = outcome.report["peak_index_free_nm"] <= FREE_INDEX_LIMIT_NM
+    report = {"experiment": name, **outcome.report, "passed": outcome.passed and quiet}
+    return Outcome(scenario, outcome.trace, report)
+
+
+def run_scenario(
+    scenario: Scenario,
+    *,
+    interface: str | None = None,
+    channel: str | None = None,
+    listener: Callable[[can.Message], None] | None = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """Robot and library guard in lockstep on one bus, python-can's virtual one unless another is named.
+
+    `listener` gets every frame, in the order of the bus, stamped with simulated time. Raises InputError for a bus that
+    cannot be opened, a block that the firmware refuses, or a move that the arm cannot do.
+    """
+    configuration = scenario.configuration
+    guard = Guard(configuration.block())
+    fd = configuration.settings.wire.format == "fd"
+    with (
+        _open(interface, channel, fd) as robot_bus,
+        _open(interface, channel, fd) as guard_bus,
+        _open(interface, channel, fd) as ear,
+    ):
+
+        def listen() -> None:
+            while (frame := ear.recv(timeout=0.0)) is not None:
+                if listener is not None:
+                    listener(frame)
+
+        trace = Lockstep(scenario, robot_bus, GuardNode(guard_bus, guard)).run(
+            progress, listen
+        )
+    return Outcome(scenario, trace, judge(scenario, trace, guard))
+
+
+def _open(interface: str | None, channel: str | None, fd: bool) -> can.BusABC:
+    if interface in (None, DEFAULT_INTERFACE):
+        return LockstepBus(DEFAULT_CHANNEL if channel is None else channel)
+    return open_bus(interface=interface, channel=channel, fd=fd)
+
+
+def judge(scenario: Scenario, trace: Trace, guard: Guard) -> dict[str, Any]:
+    """The run's numbers, verdict included, with everything that they depend on by its hash. Times s, Nm, N."""
+    settle_s = SETTLE_GAINS / scenario.configuration.settings.observer.gain_per_s
+    free = ~trace.under_way(settle_s)
+    collisions = [_collision(contact, trace, settle_s) for contact in trace.contacts]
+    stops = [_stop(stop, scenario, trace, settle_s) for stop in trace.stops]
+    false_stops = sum(stop["cause"] == "none" for stop in stops)
+    thresholds = [
+        scenario.configuration.threshold_nm(name)
+        for name in TASKS
+        if TASKS[name] in trace.task
+    ]
+    peak_index = float(np.abs(trace.index_nm[free]).max(initial=0.0))
+    configuration, library = scenario.configuration, guard.library
+    return {
+        "scenario": Path(scenario.source).name,
+        "passed": trace.finished
+        and false_stops == 0
+        and all(one["detected"] for one in collisions),
+        "finished": trace.finished,
+        "false_stops": false_stops,
+        "collisions": collisions,
+        "peak_index_free_nm": round(peak_index, 4),
+        "peak_residual_free_nm": round(
+            float(np.abs(trace.residual_nm[free]).max(initial=0.0)), 4
+        ),
+        "threshold_nm": _one_or_many(np.unique(np.concatenate(thresholds))),
+        "residual_alone": _residual_alone(trace, free),
+        "phases": [
+            _phase(number, scenario, trace, free)
+            for number in range(len(scenario.phases))
+        ],
+        "stops": stops,
+        "settle_s": settle_s,
+        "cycles": len(trace.time_s),
+        "robot": scenario.robot.name,
+        "rate_hz": configuration.settings.wire.rate_hz,
+        "format": configuration.settings.wire.format,
+        "seed": scenario.seed,
+        "guard_counters": guard.counters,
+        "hashes": provenance(library, configuration),
+    }
+
+
+def _collision(contact: Contact, trace: Trace, settle_s: float) -> dict[str, Any]:
+    """One strike. Detected: motion was stopped for a collision while it was under way."""
+    record = contact.record
+    begin, end = record.contact_s, record.release_s
+    if begin is None or end is None:
+        return {
+            "link": contact.strike.link,
+            "contact_s": None,
+            "stop_s": None,
+            "latency_ms": None,
+            "detected": False,
+            "peak_force_n": 0.0,
+        }
+    stop = next(
+        (
+            one
+            for one in trace.stops
+            if _for_collision(one) and begin <= one.time_s <= end + settle_s
+        ),
+        None,
+    )
+    return {
+        "link": record.link,
+        "contact_s": round(begin, 6),
+        "stop_s": None if stop is None else round(stop.time_s, 6),
+        "latency_ms": None if stop is None else round((stop.time_s - begin) * 1000, 3),
+        "detected": stop is not None,
+        "peak_force_n": round(record.peak_force_n, 2),
+        "part": contact.strike.part,
+        "joint": None if stop is None else stop.joint,
+        "standstill_s": None
+        if stop is None or stop.standstill_s is None
+        else round(stop.standstill_s, 6),
+    }
+
+
+def _stop(
+    stop: Stop, scenario: Scenario, trace: Trace, settle_s: float
+) -> dict[str, Any]:
+    """One loss of permission and what caused it: a collision, a sensor fault of the scenario, or none (false)."""
+    cause = "none"
+    if any(
+        fault.start_s <= stop.time_s <= fault.end_s + FAULT_AFTERMATH_S
+        for fault in scenario.faults
+    ):
+        cause = "fault"
+    for contact in trace.contacts:
+        begin, end = contact.record.contact_s, contact.record.release_s
+        if (
+            begin is not None
+            and end is not None
+            and begin <= stop.time_s <= end + settle_s
+        ):
+            cause = "collision"
+    reason = "SILENCE" if stop.reason == 0 else Reason(stop.reason).name
+    return {
+        "time_s": round(stop.time_s, 6),
+        "reason": reason,
+        "joint": stop.joint,
+        "cause": cause,
+    }
+
+
+def _for_collision(stop: Stop) -> bool:
+    return stop.reason == Reason.COLLISION
+
+
+def _residual_alone(trace: Trace, free: np.ndarray) -> dict[str, Any]:
+    """What the same threshold on r instead of the index would have done while no collision was under way."""
+    above = free & np.any(np.abs(trace.residual_nm) > trace.threshold_nm, axis=1)
+    starts = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
+    return {
+        "false_stops": len(starts),
+        "first_s": round(float(trace.time_s[starts[0]]), 6) if len(starts) else None,
+        "share_of_free_time": round(float(above.sum() / max(1, free.sum())), 4),
+    }
+
+
+def _phase(
+    number: int, scenario: Scenario, trace: Trace, free: np.ndarray
+) -> dict[str, Any]:
+    phase = scenario.phases[number]
+    rows = free & (trace.phase == number)
+    names = {wire: name for name, wire in TASKS.items()}
+    return {
+        "name": phase.name,
+        "task": names[phase.task],
+        "payload_kg": 0.0 if phase.payload is None else round(phase.payload.mass_kg, 4),
+        "peak_index_free_nm": round(
+            float(np.abs(trace.index_nm[rows]).max(initial=0.0)), 4
+        ),
+        "peak_residual_free_nm": round(
+            float(np.abs(trace.residual_nm[rows]).max(initial=0.0)), 4
+        ),
+        "peak_tip_speed_m_s": round(
+            float(trace.tip_speed_m_s[rows].max(initial=0.0)), 4
+        ),
+    }
+
+
+def _one_or_many(values: np.ndarray) -> float | list[float]:
+    return (
+        round(float(values[0]), 4)
+        if len(values) == 1
+        else [round(float(value), 4) for value in values]
+    )

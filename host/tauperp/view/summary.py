@@ -1,0 +1,110 @@
+"""What the simulating commands show a person: progress while they run, one table at the end."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from tauperp.experiment import Outcome
+from tauperp.provenance import provenance_line
+from tauperp.sim.lockstep import Progress as Report
+
+PLAIN_WIDTH = 110  # where the output is no terminal
+
+
+@contextmanager
+def shown_progress(name: str) -> Iterator[Report]:
+    """A progress bar on standard error, so that standard output stays the result's."""
+    bar = Progress(
+        TextColumn("{task.description:<52}"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.percentage:>3.0f}%"),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+    )
+    with bar:
+        task = bar.add_task(name, total=1.0)
+
+        def report(share: float, phase: str) -> None:
+            bar.update(
+                task, completed=share, description=f"{name}: {phase}" if phase else name
+            )
+
+        yield report
+
+
+def print_outcomes(outcomes: Sequence[Outcome], written: str | None = None) -> None:
+    """One table over all runs; then, a line each, what r alone would have done, and what the numbers belong to."""
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=PLAIN_WIDTH)
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for heading in (
+        "run",
+        "collision",
+        "force",
+        "contact",
+        "stop",
+        "latency",
+        "found by",
+    ):
+        table.add_column(
+            heading,
+            justify="left" if heading in ("run", "collision", "found by") else "right",
+        )
+    for outcome in outcomes:
+        report = outcome.report
+        for number, collision in enumerate(report["collisions"]):
+            table.add_row(_name(report) if number == 0 else "", *_row(collision))
+    console.print(table)
+    for outcome in outcomes:
+        for line in _lines(outcome.report):
+            console.print(line, highlight=False, soft_wrap=True)
+    if written:
+        console.print(f"written: {written}", highlight=False, soft_wrap=True)
+
+
+def _name(report: dict[str, Any]) -> str:
+    return str(report.get("experiment", report["scenario"]))
+
+
+def _row(collision: dict[str, Any]) -> tuple[str, ...]:
+    if collision["contact_s"] is None:
+        return f"link {collision['link']}", "", "never", "", "", "[red]no contact[/red]"
+    where = f"link {collision['link']}, {collision['part']}"
+    force, contact = (
+        f"{collision['peak_force_n']:.0f} N",
+        f"{collision['contact_s']:.3f} s",
+    )
+    if not collision["detected"]:
+        return where, force, contact, "", "", "[red]missed[/red]"
+    stop, latency = f"{collision['stop_s']:.3f} s", f"{collision['latency_ms']:.1f} ms"
+    return where, force, contact, stop, latency, f"joint {collision['joint']}"
+
+
+def _lines(report: dict[str, Any]) -> Iterator[str]:
+    name, alone, hashes = _name(report), report["residual_alone"], report["hashes"]
+    verdict = "[green]passed[/green]" if report["passed"] else "[red]failed[/red]"
+    late = "" if report["finished"] else "; the time limit came before the end"
+    yield ""
+    yield (
+        f"[bold]{name}[/bold] {verdict}: {report['false_stops']} false stops{late}; without a collision the index "
+        f"stayed below {report['peak_index_free_nm']:.2f} Nm, r reached {report['peak_residual_free_nm']:.2f} Nm"
+    )
+    limit = report["threshold_nm"]
+    if alone["false_stops"]:
+        yield (
+            f"  the same threshold of {limit} Nm on r alone would have stopped the robot {alone['false_stops']} times "
+            f"without a collision, first at {alone['first_s']:.3f} s"
+        )
+    else:
+        yield f"  the same threshold of {limit} Nm on r alone would not have stopped the robot without a collision"
+    for stop in report["stops"]:
+        if stop["cause"] != "collision":
+            kind = "false stop" if stop["cause"] == "none" else "stop by a fault"
+            yield f"  [red]{kind}[/red] at {stop['time_s']:.3f} s: {stop['reason']}, joint {stop['joint']}"
+    about = f"{report['robot']}, {report['rate_hz']:g} Hz {report['format']}, seed {report['seed']}"
+    yield f"  {about}; {provenance_line(hashes)}"
