@@ -62,16 +62,24 @@ def rpy(rotation: Array) -> Array:
     return np.array([np.arctan2(rotation[2, 1], rotation[2, 2]), pitch, np.arctan2(rotation[1, 0], rotation[0, 0])])
 
 
-def urdf_link(name: str, mass: float | None = None, com: Array | None = None, inertia: Array | None = None) -> str:
-    """A <link>; without a mass it has no <inertial>."""
+def urdf_link(
+    name: str,
+    mass: float | None = None,
+    com: Array | None = None,
+    inertia: Array | None = None,
+    axes: Array | None = None,
+) -> str:
+    """A <link>; without a mass it has no <inertial>. inertia (3, 3) in the link frame is written in `axes`."""
     if mass is None:
         return f'<link name="{name}"/>'
     about = 0.01 * mass * np.eye(3) if inertia is None else inertia
+    axes = np.eye(3) if axes is None else axes
+    about = axes.T @ about @ axes
     values = {"ixx": about[0, 0], "ixy": about[0, 1], "ixz": about[0, 2]}
     values |= {"iyy": about[1, 1], "iyz": about[1, 2], "izz": about[2, 2]}
     attributes = " ".join(f'{key}="{float(value)!r}"' for key, value in values.items())
     return (
-        f'<link name="{name}"><inertial>{urdf_origin(np.eye(3), np.zeros(3) if com is None else com)}'
+        f'<link name="{name}"><inertial>{urdf_origin(axes, np.zeros(3) if com is None else com)}'
         f'<mass value="{float(mass)!r}"/><inertia {attributes}/></inertial></link>'
     )
 
@@ -93,8 +101,9 @@ def urdf_of(robot: Robot) -> str:
     """A URDF of the robot: links base, link0, ..., and the massless link `tip`."""
     parts = [urdf_link("base")]
     parent = "base"
+    axes = random_rotation(np.random.default_rng(0))
     for i, joint in enumerate(robot.joints):
-        parts.append(urdf_link(f"link{i}", joint.mass, joint.com, joint.inertia))
+        parts.append(urdf_link(f"link{i}", joint.mass, joint.com, joint.inertia, axes))
         inside = urdf_origin(joint.origin_rotation, joint.origin_position)
         inside += '<axis xyz="{!r} {!r} {!r}"/>'.format(*map(float, joint.axis))
         inside += (

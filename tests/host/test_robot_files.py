@@ -198,6 +198,7 @@ MJCF = """<mujoco model="Arm">
   </worldbody>
   <actuator>
     <motor joint="shoulder" gear="50" ctrllimited="true" ctrlrange="-2 1"/>
+    <motor joint="shoulder" forcerange="-5 5"/>
     <position joint="twist" kp="100" forcerange="-30 20"/>
   </actuator>
   <custom><numeric name="velocity_max:elbow" data="1.5"/></custom>
@@ -205,11 +206,11 @@ MJCF = """<mujoco model="Arm">
 
 
 @pytest.mark.parametrize("tip", ["fore", "tcp"])
-@pytest.mark.parametrize("base", [None, "pedestal"])
+@pytest.mark.parametrize("base", [None, "pedestal", "shoulder"])
 def test_an_mjcf_means_what_mujoco_makes_of_it(write: Writer, base: str | None, tip: str) -> None:
     robot = load(write(MJCF), base=base, tip=tip, tool=[0.01, -0.02, 0.05], base_rpy=[0.1, 0.2, 0.3])
     assert robot.name == "Arm"
-    assert [joint.name for joint in robot.joints] == ["shoulder", "twist", "elbow"]
+    assert [joint.name for joint in robot.joints] == ["shoulder", "twist", "elbow"][base == "shoulder" :]
     assert_exact(robot)
 
 
@@ -218,7 +219,7 @@ def test_limits_rotors_and_capsules_of_an_mjcf(write: Writer) -> None:
     shoulder, twist, elbow = load(path, tip="tcp").joints
     assert (shoulder.position_min, shoulder.position_max) == pytest.approx(np.deg2rad([-100.0, 120.0]))
     assert (elbow.position_min, elbow.position_max) == pytest.approx(np.deg2rad([-90.0, 45.0]))
-    assert (shoulder.torque_max, twist.torque_max, elbow.torque_max) == (100.0, 30.0, DEFAULT_TORQUE_NM)
+    assert (shoulder.torque_max, twist.torque_max, elbow.torque_max) == (105.0, 30.0, DEFAULT_TORQUE_NM)
     assert (shoulder.rotor_inertia, elbow.rotor_inertia) == (0.3, 0.1)
     assert (elbow.velocity_max, twist.velocity_max) == (1.5, DEFAULT_VELOCITY_RAD_S)
     assert elbow.axis == pytest.approx(np.array([1.0, 0.0, 1.0]) / np.sqrt(2.0))

@@ -8,7 +8,7 @@ from robot_makers import random_joint, random_robot, random_rotation, robot_of
 
 from tauperp.robot import Robot, RobotTable, load, shipped
 from tauperp.robot.check import QUANTITIES, check
-from tauperp.robot.spatial import rotation_about, rotation_x
+from tauperp.robot.spatial import Body, Pose, merged, rotation_about, rotation_rpy, rotation_x
 from tauperp.robot.table import TableJoint
 
 SIZES = range(1, 9)
@@ -109,8 +109,6 @@ def test_moving_inertia_between_links_within_the_rods_changes_nothing() -> None:
     # A rod on the child's axis (mass m, inertia l about both normals) taken from the parent, given to the child.
     m, l = 0.2, 0.003
     rod = l * (np.eye(3) - np.outer(a, a))
-    from tauperp.robot.spatial import Body, Pose, merged
-
     given = merged([Body(child.mass, child.com, child.inertia), Body(m, np.zeros(3), rod)])
     parent = robot.joints[0]
     pose = Pose(child.origin_rotation, child.origin_position)
@@ -167,9 +165,9 @@ def test_ku_dex_is_the_arm_of_the_experiments() -> None:
 
 
 def test_tool_and_mounting_apply_to_a_description_as_to_a_file() -> None:
-    plain, turned = load("panda"), load("panda", tool=[0.0, 0.0, 0.1], base_rpy=[np.pi, 0.0, 0.0])
-    assert turned.tip - plain.tip == pytest.approx(plain.tip_rotation @ [0.0, 0.0, 0.1])
-    assert turned.gravity == pytest.approx([0.0, 0.0, 9.81])
+    plain, turned = load("panda"), load("panda", tool=[0.03, 0.0, 0.1], base_rpy=[0.5, 0.2, 0.0])
+    assert turned.tip - plain.tip == pytest.approx(plain.tip_rotation @ [0.03, 0.0, 0.1])
+    assert turned.gravity == pytest.approx(rotation_rpy(0.5, 0.2, 0.0).T @ [0.0, 0.0, -9.81])
     assert_exact(turned)
     hung = load("ku_dex", base_rpy=[np.pi / 2.0, 0.0, 0.0], tool=[0.02, 0.0, 0.1])
     assert hung.gravity == pytest.approx([0.0, -9.81, 0.0])
