@@ -19,12 +19,12 @@ from tauperp.firmware.library import ENVIRONMENT
 from tauperp.wire import Receiver, Sender
 
 Q = np.array([0.3, -0.7, 0.5, 1.1, -0.4, 0.8, 0.2])
-SECOND_US = 1_000_000
+HEALTHY_CYCLES = 10  # of 1 ms, before the first permission
 
 
 @pytest.fixture(scope="module")
 def configuration() -> Configuration:
-    return load_configuration("default", robot="ku_dex")
+    return load_configuration("default", robot="ku_dex", overrides={"reset": {"healthy_ms": HEALTHY_CYCLES}})
 
 
 class Bench:
@@ -64,7 +64,7 @@ class Bench:
         return self.tick(self.frames(external))
 
     def started(self) -> "Bench":
-        for _ in range(10):
+        for _ in range(2 * HEALTHY_CYCLES):
             verdict = self.cycle()
         assert verdict.state == State.MONITORING
         return self
@@ -96,8 +96,11 @@ def test_permission_needs_every_input(configuration: Configuration) -> None:
     bench = Bench(configuration)
     first = bench.tick([])
     assert (first.state, first.reason, first.permitted) == (State.WAITING, Reason.WAITING_SYNC, False)
-    later = [bench.cycle() for _ in range(10)][-1]
-    assert (later.state, later.reason, later.permitted) == (State.MONITORING, Reason.NONE, True)
+    verdicts = [bench.cycle() for _ in range(2 * HEALTHY_CYCLES)]
+    assert verdicts[HEALTHY_CYCLES // 2].reason == Reason.SETTLING
+    assert not any(verdict.permitted for verdict in verdicts[:HEALTHY_CYCLES])
+    last = verdicts[-1]
+    assert (last.state, last.reason, last.permitted) == (State.MONITORING, Reason.NONE, True)
 
 
 def test_the_cycle_is_complete_when_the_last_joint_is_in_and_until_the_tick(bench: Bench) -> None:
