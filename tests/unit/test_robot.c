@@ -1,0 +1,138 @@
+#include "robot.h"
+
+#include "core_fixture.h"
+#include "robots.h"
+
+static robot_t robot;
+
+void setUp(void) {
+    robot = planar_arm(&two_links, 2);
+}
+void tearDown(void) {}
+
+static void test_the_tables_that_ship_hold(void) {
+    const robot_t *const shipped[] = {&robot_iiwa7, &robot_kinova3, &robot_ku_dex, &robot_panda, &robot_panda_bare};
+    for (uint32_t i = 0; i < sizeof(shipped) / sizeof(shipped[0]); ++i) {
+        TEST_ASSERT_TRUE(robot_holds(shipped[i]));
+    }
+}
+
+static void test_one_to_eight_joints_hold_and_no_others(void) {
+    for (uint32_t n = 0; n <= 40u; ++n) {
+        robot_t other = planar_arm(&two_links, 1);
+        for (uint32_t i = 1; (i < n) && (i < ROBOT_MAX_JOINTS); ++i) {
+            other.joint[i] = other.joint[0];
+        }
+        other.joint_count = n;
+        TEST_ASSERT_EQUAL((n >= 1u) && (n <= 8u), robot_holds(&other));
+    }
+    robot.joint_count = UINT32_MAX;
+    TEST_ASSERT_FALSE(robot_holds(&robot));
+}
+
+static void test_something_behind_the_last_joint_does_not_hold(void) {
+    TEST_ASSERT_TRUE(robot_holds(&robot));
+    robot.joint[7].torque_max_nm = NUM(1);
+    TEST_ASSERT_FALSE(robot_holds(&robot));
+    robot.joint[7].torque_max_nm = NUM(0);
+    robot.joint[2].offset.x = NUM(0.001);
+    TEST_ASSERT_FALSE(robot_holds(&robot));
+}
+
+static void test_a_twist_that_is_not_of_unit_length_does_not_hold(void) {
+    robot.joint[1].cos_twist = NUM(0.6);
+    TEST_ASSERT_FALSE(robot_holds(&robot));
+    robot.joint[1].sin_twist = NUM(-0.8);
+    TEST_ASSERT_TRUE(robot_holds(&robot));
+    robot.joint[1].sin_twist = NUM(-0.8001);
+    TEST_ASSERT_FALSE(robot_holds(&robot));
+    robot.joint[1].sin_twist = NUM(-0.7999);
+    TEST_ASSERT_FALSE(robot_holds(&robot));
+}
+
+static void test_a_base_row_that_is_not_of_unit_length_does_not_hold(void) {
+    for (uint32_t row = 0; row < 3u; ++row) {
+        robot_t other = robot;
+        other.base[row][0] = NUM(0.5);
+        TEST_ASSERT_FALSE(robot_holds(&other));
+        other.base[row][0] = NUM(0);
+        other.base[row][1] = NUM(0);
+        other.base[row][2] = NUM(0);
+        TEST_ASSERT_FALSE(robot_holds(&other));
+    }
+}
+
+static void test_limits_out_of_order_do_not_hold(void) {
+    robot_t other = robot;
+    other.joint[0].position_min_rad = other.joint[0].position_max_rad;
+    TEST_ASSERT_FALSE(robot_holds(&other));
+    other = robot;
+    other.joint[1].velocity_max_rad_s = NUM(0);
+    TEST_ASSERT_FALSE(robot_holds(&other));
+    other = robot;
+    other.joint[1].torque_max_nm = NUM(-1);
+    TEST_ASSERT_FALSE(robot_holds(&other));
+}
+
+/* Each number of the table that products are summed with. */
+static num_t *factor(robot_t *self, uint32_t which) {
+    robot_joint_t *const joint = &self->joint[1];
+    num_t *const factors[] = {&self->gravity.x,   &self->gravity.y,   &self->gravity.z,   &self->tip.x,
+                              &self->tip.y,       &self->tip.z,       &joint->offset.x,   &joint->offset.y,
+                              &joint->offset.z,   &joint->zero_rad,   &joint->moment_x,   &joint->moment_y,
+                              &joint->inertia_xx, &joint->inertia_xy, &joint->inertia_xz, &joint->inertia_yz,
+                              &joint->inertia_zz};
+    return (which < sizeof(factors) / sizeof(factors[0])) ? factors[which] : NULL;
+}
+
+static void test_lengths_moments_and_inertias_stay_below_64(void) {
+    uint32_t count = 0;
+    for (robot_t other = robot; factor(&other, count) != NULL; other = robot) {
+        *factor(&other, count) = NUM(63.9);
+        TEST_ASSERT_TRUE(robot_holds(&other));
+        *factor(&other, count) = NUM(64);
+        TEST_ASSERT_FALSE(robot_holds(&other));
+        *factor(&other, count) = NUM(-64);
+        TEST_ASSERT_FALSE(robot_holds(&other));
+        ++count;
+    }
+    TEST_ASSERT_EQUAL(17, count);
+}
+
+/* What no number is: NaN and infinity in float, the one value without an opposite in fixed point. */
+static void test_what_is_not_a_number_does_not_hold(void) {
+#ifdef TAUPERP_FIXED
+    const num_t bad[] = {INT32_MIN};
+#else
+    const num_t bad[] = {NAN, -INFINITY};
+#endif
+    for (uint32_t b = 0; b < sizeof(bad) / sizeof(bad[0]); ++b) {
+        for (uint32_t i = 0; i < 17u; ++i) {
+            robot_t other = robot;
+            *factor(&other, i) = bad[b];
+            TEST_ASSERT_FALSE(robot_holds(&other));
+        }
+        num_t *const others[] = {&robot.base[2][2], &robot.joint[1].sin_twist, &robot.joint[0].position_max_rad,
+                                 &robot.joint[0].velocity_max_rad_s};
+        for (uint32_t i = 0; i < 4u; ++i) {
+            const num_t good = *others[i];
+            *others[i] = bad[b];
+            TEST_ASSERT_FALSE(robot_holds(&robot));
+            *others[i] = good;
+        }
+        TEST_ASSERT_TRUE(robot_holds(&robot));
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_the_tables_that_ship_hold);
+    RUN_TEST(test_one_to_eight_joints_hold_and_no_others);
+    RUN_TEST(test_something_behind_the_last_joint_does_not_hold);
+    RUN_TEST(test_a_twist_that_is_not_of_unit_length_does_not_hold);
+    RUN_TEST(test_a_base_row_that_is_not_of_unit_length_does_not_hold);
+    RUN_TEST(test_limits_out_of_order_do_not_hold);
+    RUN_TEST(test_lengths_moments_and_inertias_stay_below_64);
+    RUN_TEST(test_what_is_not_a_number_does_not_hold);
+    return UNITY_END();
+}
