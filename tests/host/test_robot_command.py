@@ -19,11 +19,6 @@ from tauperp.robot.emit import c_source, identifier
 ROOT = repository_root()
 
 
-@pytest.fixture(autouse=True)
-def _command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(cli.COMMANDS, "robot", "make the firmware's table of a robot")
-
-
 @pytest.fixture
 def arm(tmp_path: Path) -> Path:
     path = tmp_path / "arm.urdf"

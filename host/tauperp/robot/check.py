@@ -120,7 +120,7 @@ def _reader(model: pin.Model, ids: list[int], tip: int, base: Array) -> Reader:
     """Terms at the joints `ids` of a Pinocchio model that has no others; base: rotation of the base in its world."""
     data = model.createData()
     columns = [model.joints[i].idx_v for i in ids]
-    to_base = np.kron(np.eye(2), base.T)
+    to_base = np.asarray(np.kron(np.eye(2), base.T), np.float64)
 
     def terms(q: Array, qd: Array) -> Terms:
         position, velocity = pin.neutral(model), np.zeros(model.nv)
@@ -139,7 +139,7 @@ def _reader(model: pin.Model, ids: list[int], tip: int, base: Array) -> Reader:
             (mass @ velocity)[columns],
             (coriolis.T @ velocity)[columns],
             gravity[columns],
-            to_base @ np.reshape(jacobian, (6, n))[:, columns],
+            to_base @ np.reshape(np.asarray(jacobian, np.float64), (6, n))[:, columns],
         )
 
     return terms
