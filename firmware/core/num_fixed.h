@@ -5,7 +5,7 @@
  * defined C: no negative number is shifted, which the language leaves to the compiler.
  *
  * Errors, in steps of 2^-22 = 2.4e-7 and measured over the whole range by tests/unit/test_num.c: product and quotient
- * 0.5, root 0.5, sine and cosine 0.51 for every angle, a number times num_inverse_root 0.5 plus 3e-9 of the result.
+ * 0.5, root 0.5, sine and cosine 0.52 for every angle, a number times num_inverse_root 0.5 plus 3e-9 of the result.
  * The inverse root is Newton's iteration on 32 x 32 -> 64 bit products, a fixed number of times: only num_div divides.
  */
 #define NUM_FRACTION 22u
@@ -109,8 +109,9 @@ static inline num_t num_root(num_wide_t square) {
     const uint32_t top = (uint32_t)((x << leading) >> 32);
     uint64_t root = ((uint64_t)top * num_newton(top)) >> (30u + (leading / 2u));
     if (root > 0x1000000u) { /* 24 bits and more are not all exact yet: one step of Heron's, on 32 bits */
-        const int64_t error = (int64_t)(x - (root * root));
-        root = (uint64_t)((int64_t)root + ((int32_t)(error / 256) / (int32_t)(root / 128u)));
+        const int32_t error = (int32_t)((int64_t)(x - (root * root)) / 128);
+        const int32_t half = (int32_t)(root / 128u);
+        root = (uint64_t)((int64_t)root + ((error + ((error < 0) ? -half : half)) / (2 * half)));
     }
     if ((root * root) > x) {
         --root;

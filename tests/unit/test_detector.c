@@ -1,0 +1,189 @@
+#include "detector.h"
+
+#include "core_fixture.h"
+
+#define JOINTS 7u
+
+static detector_t detector;
+static task_config_t task;
+static num_t value[ROBOT_MAX_JOINTS];
+
+void setUp(void) {
+    detector_init(&detector);
+    memset(value, 0, sizeof(value));
+    task = (task_config_t){.index = (uint32_t)INDEX_RESIDUAL, .debounce_ticks = 2};
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
+        task.threshold_nm[i] = NUM(2);
+    }
+}
+void tearDown(void) {}
+
+static void step(void) {
+    detector_step(&detector, &task, JOINTS, value);
+}
+
+static void test_below_every_threshold_nothing_trips(void) {
+    for (uint32_t i = 0; i < JOINTS; ++i) {
+        value[i] = (i % 2u == 0u) ? NUM(2) : NUM(-2); /* at the threshold is not above it */
+    }
+    for (int k = 0; k < 1000; ++k) {
+        step();
+        TEST_ASSERT_FALSE(detector.tripped);
+        TEST_ASSERT_FALSE(detector.any_above);
+    }
+}
+
+static void test_a_trip_takes_its_debounce_of_consecutive_ticks(void) {
+    for (uint32_t debounce = 1; debounce <= 5u; ++debounce) {
+        detector_init(&detector);
+        task.debounce_ticks = debounce;
+        value[3] = NUM(2.001);
+        for (uint32_t tick = 1; tick <= 8u; ++tick) {
+            step();
+            TEST_ASSERT_EQUAL(tick >= debounce, detector.tripped);
+            TEST_ASSERT_TRUE(detector.any_above);
+        }
+    }
+}
+
+static void test_one_tick_below_starts_the_count_again(void) {
+    task.debounce_ticks = 3;
+    for (int round = 0; round < 10; ++round) {
+        value[0] = NUM(5);
+        step();
+        step();
+        TEST_ASSERT_FALSE(detector.tripped);
+        value[0] = NUM(1);
+        step();
+        TEST_ASSERT_FALSE(detector.any_above);
+    }
+    value[0] = NUM(5);
+    step();
+    step();
+    step();
+    TEST_ASSERT_TRUE(detector.tripped);
+}
+
+static void test_ticks_of_different_joints_do_not_add_up(void) {
+    for (uint32_t k = 0; k < 100u; ++k) {
+        memset(value, 0, sizeof(value));
+        value[k % 2u] = NUM(5);
+        step();
+        TEST_ASSERT_TRUE(detector.any_above);
+        TEST_ASSERT_FALSE(detector.tripped);
+    }
+}
+
+static void test_either_sign_trips_and_is_reported(void) {
+    const double sizes[] = {3.5, -3.5};
+    for (uint32_t s = 0; s < 2u; ++s) {
+        detector_init(&detector);
+        value[4] = num_of(sizes[s]);
+        step();
+        step();
+        TEST_ASSERT_TRUE(detector.tripped);
+        TEST_ASSERT_EQUAL(4, detector.joint);
+        TEST_ASSERT_TRUE(detector.value_nm == num_of(sizes[s]));
+        TEST_ASSERT_TRUE(detector.threshold_nm == NUM(2));
+    }
+}
+
+static void test_the_joint_furthest_above_its_own_threshold_is_reported(void) {
+    task.threshold_nm[1] = NUM(10);
+    task.threshold_nm[5] = NUM(0.5);
+    value[1] = NUM(15);   /* 1.5 times */
+    value[2] = NUM(5);    /* 2.5 times */
+    value[5] = NUM(-1.5); /* 3 times */
+    step();
+    TEST_ASSERT_EQUAL(5, detector.joint);
+    TEST_ASSERT_TRUE(detector.value_nm == NUM(-1.5));
+    TEST_ASSERT_TRUE(detector.threshold_nm == NUM(0.5));
+    value[2] = NUM(6.5);
+    step();
+    TEST_ASSERT_EQUAL(2, detector.joint);
+    value[1] = NUM(-60);
+    step();
+    TEST_ASSERT_EQUAL(1, detector.joint);
+}
+
+static void test_below_the_thresholds_the_joint_nearest_to_its_own_is_reported(void) {
+    task.threshold_nm[6] = NUM(0.25);
+    value[0] = NUM(1);
+    value[6] = NUM(0.2);
+    step();
+    TEST_ASSERT_EQUAL(6, detector.joint);
+    TEST_ASSERT_FALSE(detector.any_above);
+}
+
+static void test_the_count_goes_on_when_the_task_changes(void) {
+    task_config_t other = task;
+    other.index = (uint32_t)INDEX_CONTACT;
+    other.threshold_nm[2] = NUM(0.5);
+    other.debounce_ticks = 4;
+    value[2] = NUM(3);
+    for (uint32_t tick = 1; tick <= 4u; ++tick) {
+        detector_step(&detector, (tick == 1u) ? &task : &other, JOINTS, value);
+        TEST_ASSERT_EQUAL(tick >= 4u, detector.tripped);
+    }
+    detector_step(&detector, &task, JOINTS, value);
+    TEST_ASSERT_TRUE(detector.tripped);
+}
+
+static void test_joints_that_the_arm_does_not_have_are_not_looked_at(void) {
+    value[JOINTS] = NUM(400);
+    step();
+    step();
+    TEST_ASSERT_FALSE(detector.any_above);
+    TEST_ASSERT_FALSE(detector.tripped);
+    detector_step(&detector, &task, JOINTS + 1u, value);
+    TEST_ASSERT_TRUE(detector.any_above);
+    TEST_ASSERT_EQUAL(7, detector.joint);
+}
+
+/* NaN and infinity; in fixed point the value that has no opposite, and the largest one. */
+static void test_what_is_not_a_number_is_above_every_threshold(void) {
+#ifdef TAUPERP_FIXED
+    const num_t bad[] = {INT32_MIN, INT32_MAX, -INT32_MAX};
+#else
+    const num_t bad[] = {NAN, INFINITY, -INFINITY};
+#endif
+    for (uint32_t joint = 0; joint < JOINTS; ++joint) {
+        for (uint32_t b = 0; b < 3u; ++b) {
+            setUp();
+            value[(joint + 1u) % JOINTS] = NUM(400);
+            value[(joint + 3u) % JOINTS] = NUM(-500);
+            value[joint] = bad[b];
+            step();
+            TEST_ASSERT_EQUAL(1, detector.above[joint]);
+            TEST_ASSERT_EQUAL(joint, detector.joint);
+            step();
+            TEST_ASSERT_TRUE(detector.tripped);
+        }
+    }
+}
+
+static void test_the_count_holds_at_its_largest(void) {
+    value[0] = NUM(3);
+    detector.above[0] = UINT32_MAX - 1u;
+    step();
+    step();
+    step();
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, detector.above[0]);
+    TEST_ASSERT_TRUE(detector.tripped);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_below_every_threshold_nothing_trips);
+    RUN_TEST(test_a_trip_takes_its_debounce_of_consecutive_ticks);
+    RUN_TEST(test_one_tick_below_starts_the_count_again);
+    RUN_TEST(test_ticks_of_different_joints_do_not_add_up);
+    RUN_TEST(test_either_sign_trips_and_is_reported);
+    RUN_TEST(test_the_joint_furthest_above_its_own_threshold_is_reported);
+    RUN_TEST(test_below_the_thresholds_the_joint_nearest_to_its_own_is_reported);
+    RUN_TEST(test_the_count_goes_on_when_the_task_changes);
+    RUN_TEST(test_joints_that_the_arm_does_not_have_are_not_looked_at);
+    RUN_TEST(test_what_is_not_a_number_is_above_every_threshold);
+    RUN_TEST(test_the_count_holds_at_its_largest);
+    return UNITY_END();
+}
