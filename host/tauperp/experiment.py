@@ -28,9 +28,7 @@ from tauperp.sim.virtual import LockstepBus
 EXPERIMENTS = ("payload", "contact")
 SETTLE_GAINS = 5.0  # times 1 / K
 FAULT_AFTERMATH_S = 1.0  # a stop that long after a sensor fault is still its doing
-FREE_INDEX_LIMIT_NM = (
-    0.5  # an experiment's verdict: no more than this without a collision
-)
+FREE_INDEX_LIMIT_NM = 0.5  # an experiment's verdict: no more than this without a collision
 
 
 @dataclass(frozen=True)
@@ -57,9 +55,7 @@ def run_experiment(
     progress: Progress | None = None,
 ) -> Outcome:
     """One of EXPERIMENTS. Raises InputError for what cannot be run."""
-    scenario = load_scenario(
-        shipped(name), robot=robot, seed=seed, rate_hz=rate_hz, mass_kg=mass_kg
-    )
+    scenario = load_scenario(shipped(name), robot=robot, seed=seed, rate_hz=rate_hz, mass_kg=mass_kg)
     outcome = run_scenario(scenario, progress=progress)
     quiet = outcome.report["peak_index_free_nm"] <= FREE_INDEX_LIMIT_NM
     report = {"experiment": name, **outcome.report, "passed": outcome.passed and quiet}
@@ -93,9 +89,7 @@ def run_scenario(
                 if listener is not None:
                     listener(frame)
 
-        trace = Lockstep(scenario, robot_bus, GuardNode(guard_bus, guard)).run(
-            progress, listen
-        )
+        trace = Lockstep(scenario, robot_bus, GuardNode(guard_bus, guard)).run(progress, listen)
     return Outcome(scenario, trace, judge(scenario, trace, guard))
 
 
@@ -112,31 +106,20 @@ def judge(scenario: Scenario, trace: Trace, guard: Guard) -> dict[str, Any]:
     collisions = [_collision(contact, trace, settle_s) for contact in trace.contacts]
     stops = [_stop(stop, scenario, trace, settle_s) for stop in trace.stops]
     false_stops = sum(stop["cause"] == "none" for stop in stops)
-    thresholds = [
-        scenario.configuration.threshold_nm(name)
-        for name in TASKS
-        if TASKS[name] in trace.task
-    ]
+    thresholds = [scenario.configuration.threshold_nm(name) for name in TASKS if TASKS[name] in trace.task]
     peak_index = float(np.abs(trace.index_nm[free]).max(initial=0.0))
     configuration, library = scenario.configuration, guard.library
     return {
         "scenario": Path(scenario.source).name,
-        "passed": trace.finished
-        and false_stops == 0
-        and all(one["detected"] for one in collisions),
+        "passed": trace.finished and false_stops == 0 and all(one["detected"] for one in collisions),
         "finished": trace.finished,
         "false_stops": false_stops,
         "collisions": collisions,
         "peak_index_free_nm": round(peak_index, 4),
-        "peak_residual_free_nm": round(
-            float(np.abs(trace.residual_nm[free]).max(initial=0.0)), 4
-        ),
+        "peak_residual_free_nm": round(float(np.abs(trace.residual_nm[free]).max(initial=0.0)), 4),
         "threshold_nm": _one_or_many(np.unique(np.concatenate(thresholds))),
         "residual_alone": _residual_alone(trace, free),
-        "phases": [
-            _phase(number, scenario, trace, free)
-            for number in range(len(scenario.phases))
-        ],
+        "phases": [_phase(number, scenario, trace, free) for number in range(len(scenario.phases))],
         "stops": stops,
         "settle_s": settle_s,
         "cycles": len(trace.time_s),
@@ -162,14 +145,7 @@ def _collision(contact: Contact, trace: Trace, settle_s: float) -> dict[str, Any
             "detected": False,
             "peak_force_n": 0.0,
         }
-    stop = next(
-        (
-            one
-            for one in trace.stops
-            if _for_collision(one) and begin <= one.time_s <= end + settle_s
-        ),
-        None,
-    )
+    stop = next((one for one in trace.stops if _for_collision(one) and begin <= one.time_s <= end + settle_s), None)
     return {
         "link": record.link,
         "contact_s": round(begin, 6),
@@ -179,37 +155,21 @@ def _collision(contact: Contact, trace: Trace, settle_s: float) -> dict[str, Any
         "peak_force_n": round(record.peak_force_n, 2),
         "part": contact.strike.part,
         "joint": None if stop is None else stop.joint,
-        "standstill_s": None
-        if stop is None or stop.standstill_s is None
-        else round(stop.standstill_s, 6),
+        "standstill_s": None if stop is None or stop.standstill_s is None else round(stop.standstill_s, 6),
     }
 
 
-def _stop(
-    stop: Stop, scenario: Scenario, trace: Trace, settle_s: float
-) -> dict[str, Any]:
+def _stop(stop: Stop, scenario: Scenario, trace: Trace, settle_s: float) -> dict[str, Any]:
     """One loss of permission and what caused it: a collision, a sensor fault of the scenario, or none (false)."""
     cause = "none"
-    if any(
-        fault.start_s <= stop.time_s <= fault.end_s + FAULT_AFTERMATH_S
-        for fault in scenario.faults
-    ):
+    if any(fault.start_s <= stop.time_s <= fault.end_s + FAULT_AFTERMATH_S for fault in scenario.faults):
         cause = "fault"
     for contact in trace.contacts:
         begin, end = contact.record.contact_s, contact.record.release_s
-        if (
-            begin is not None
-            and end is not None
-            and begin <= stop.time_s <= end + settle_s
-        ):
+        if begin is not None and end is not None and begin <= stop.time_s <= end + settle_s:
             cause = "collision"
     reason = "SILENCE" if stop.reason == 0 else Reason(stop.reason).name
-    return {
-        "time_s": round(stop.time_s, 6),
-        "reason": reason,
-        "joint": stop.joint,
-        "cause": cause,
-    }
+    return {"time_s": round(stop.time_s, 6), "reason": reason, "joint": stop.joint, "cause": cause}
 
 
 def _for_collision(stop: Stop) -> bool:
@@ -227,9 +187,7 @@ def _residual_alone(trace: Trace, free: np.ndarray) -> dict[str, Any]:
     }
 
 
-def _phase(
-    number: int, scenario: Scenario, trace: Trace, free: np.ndarray
-) -> dict[str, Any]:
+def _phase(number: int, scenario: Scenario, trace: Trace, free: np.ndarray) -> dict[str, Any]:
     phase = scenario.phases[number]
     rows = free & (trace.phase == number)
     names = {wire: name for name, wire in TASKS.items()}
@@ -237,21 +195,11 @@ def _phase(
         "name": phase.name,
         "task": names[phase.task],
         "payload_kg": 0.0 if phase.payload is None else round(phase.payload.mass_kg, 4),
-        "peak_index_free_nm": round(
-            float(np.abs(trace.index_nm[rows]).max(initial=0.0)), 4
-        ),
-        "peak_residual_free_nm": round(
-            float(np.abs(trace.residual_nm[rows]).max(initial=0.0)), 4
-        ),
-        "peak_tip_speed_m_s": round(
-            float(trace.tip_speed_m_s[rows].max(initial=0.0)), 4
-        ),
+        "peak_index_free_nm": round(float(np.abs(trace.index_nm[rows]).max(initial=0.0)), 4),
+        "peak_residual_free_nm": round(float(np.abs(trace.residual_nm[rows]).max(initial=0.0)), 4),
+        "peak_tip_speed_m_s": round(float(trace.tip_speed_m_s[rows].max(initial=0.0)), 4),
     }
 
 
 def _one_or_many(values: np.ndarray) -> float | list[float]:
-    return (
-        round(float(values[0]), 4)
-        if len(values) == 1
-        else [round(float(value), 4) for value in values]
-    )
+    return round(float(values[0]), 4) if len(values) == 1 else [round(float(value), 4) for value in values]

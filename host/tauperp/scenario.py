@@ -24,13 +24,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from tauperp.config import (
-    TASKS,
-    Configuration,
-    TaskName,
-    load_configuration,
-    preset_names,
-)
+from tauperp.config import TASKS, Configuration, TaskName, load_configuration, preset_names
 from tauperp.errors import InputError
 from tauperp.robot import Robot
 from tauperp.sim.arm import Payload
@@ -65,11 +59,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 class PayloadTable(Table):
     mass_kg: Positive = Field(le=50)
-    com_m: Vector3 = (
-        0.0,
-        0.0,
-        0.0,
-    )  # from the end-effector point, in the last link's axes
+    com_m: Vector3 = (0.0, 0.0, 0.0)  # from the end-effector point, in the last link's axes
     radius_m: Positive = 0.04  # of the solid ball whose inertia it has
 
 
@@ -108,10 +98,7 @@ class StepTable(Table):
 
     @model_validator(mode="after")
     def _one_thing(self) -> "StepTable":
-        if (
-            sum(value is not None for value in (self.move, self.wait_s, self.yield_s))
-            != 1
-        ):
+        if sum(value is not None for value in (self.move, self.wait_s, self.yield_s)) != 1:
             raise ValueError("must have exactly one of move, wait_s and yield_s")
         return self
 
@@ -164,9 +151,7 @@ class FaultTable(Table):
 class PlantTable(Table):
     """How the simulated arm differs from what everybody believes it to be."""
 
-    model_error: NotNegative = Field(
-        default=0.0, le=0.5
-    )  # each link's mass and inertia, evenly within plus and minus
+    model_error: NotNegative = Field(default=0.0, le=0.5)  # each link's mass and inertia, evenly within plus and minus
     substeps: int = Field(default=2, ge=1, le=100)  # of the physics in one cycle
 
 
@@ -274,10 +259,7 @@ def load_scenario(
     source = str(path)
     guard = dict(table.guard)
     if rate_hz is not None:
-        guard["wire"] = {
-            "rate_hz": rate_hz,
-            "format": "classic" if rate_hz <= 500 else "fd",
-        }
+        guard["wire"] = {"rate_hz": rate_hz, "format": "classic" if rate_hz <= 500 else "fd"}
     configuration = load_configuration(
         _beside(path, table.config, preset_names()),
         robot=robot if robot is not None else _beside(path, table.robot, ()),
@@ -285,9 +267,7 @@ def load_scenario(
     )
     arm = configuration.robot
     _check(table, arm, configuration, source)
-    heaviest = max(
-        (phase.payload.mass_kg for phase in table.phase if phase.payload), default=0.0
-    )
+    heaviest = max((phase.payload.mass_kg for phase in table.phase if phase.payload), default=0.0)
     scale = 1.0 if mass_kg is None or heaviest == 0.0 else mass_kg / heaviest
     start = table.start_rad if robot is None or arm.name == table.robot else None
     return Scenario(
@@ -318,37 +298,18 @@ def _beside(path: Path, name: str, known: Any) -> str | Path:
 def _phase(table: PhaseTable, scale: float) -> Phase:
     payload = None
     if table.payload is not None:
-        payload = Payload(
-            table.payload.mass_kg * scale, table.payload.com_m, table.payload.radius_m
-        )
+        payload = Payload(table.payload.mass_kg * scale, table.payload.com_m, table.payload.radius_m)
     strikes = []
     for one in table.strike:
-        strikes.append(
-            (
-                one.step - 1,
-                one.after_s,
-                Strike(**one.model_dump(exclude={"step", "after_s"})),
-            )
-        )
+        strikes.append((one.step - 1, one.after_s, Strike(**one.model_dump(exclude={"step", "after_s"}))))
     guides = []
     for guide in table.guide:
-        force = GuidingForce(
-            guide.force_n, guide.moment_nm, guide.after_s, guide.rise_s, guide.hold_s
-        )
+        force = GuidingForce(guide.force_n, guide.moment_nm, guide.after_s, guide.rise_s, guide.hold_s)
         guides.append((guide.step - 1, force))
-    return Phase(
-        table.name,
-        TASKS[table.task],
-        payload,
-        tuple(table.do),
-        tuple(strikes),
-        tuple(guides),
-    )
+    return Phase(table.name, TASKS[table.task], payload, tuple(table.do), tuple(strikes), tuple(guides))
 
 
-def _check(
-    table: ScenarioTable, robot: Robot, configuration: Configuration, source: str
-) -> None:
+def _check(table: ScenarioTable, robot: Robot, configuration: Configuration, source: str) -> None:
     """What one table by itself cannot know."""
 
     def refuse(place: str, message: str) -> None:
@@ -356,46 +317,25 @@ def _check(
 
     for name, point in table.point.items():
         if point.joints_rad is not None and len(point.joints_rad) != robot.n:
-            refuse(
-                f"point.{name}.joints_rad",
-                f"{len(point.joints_rad)} values for {robot.n} joints",
-            )
-    if (
-        table.start_rad is not None
-        and robot.name == table.robot
-        and len(table.start_rad) != robot.n
-    ):
+            refuse(f"point.{name}.joints_rad", f"{len(point.joints_rad)} values for {robot.n} joints")
+    if table.start_rad is not None and robot.name == table.robot and len(table.start_rad) != robot.n:
         refuse("start_rad", f"{len(table.start_rad)} values for {robot.n} joints")
     for number, fault in enumerate(table.fault):
         if fault.joint > robot.n:
-            refuse(
-                f"fault.{number}.joint",
-                f"{robot.name} has {robot.n} joints, not {fault.joint}",
-            )
+            refuse(f"fault.{number}.joint", f"{robot.name} has {robot.n} joints, not {fault.joint}")
     for number, phase in enumerate(table.phase):
         place = f"phase.{number}"
         if configuration.settings.task[phase.task].index == "off":
-            refuse(
-                f"{place}.task",
-                f"'{phase.task}' is off in {configuration.source} for {robot.name}",
-            )
+            refuse(f"{place}.task", f"'{phase.task}' is off in {configuration.source} for {robot.name}")
         for step, one in enumerate(phase.do):
             if one.move is not None and one.move not in table.point:
                 known = ", ".join(table.point) or "none"
-                refuse(
-                    f"{place}.do.{step}.move",
-                    f"there is no point '{one.move}' (there are {known})",
-                )
-        for kind, visitors in (("strike", phase.strike), ("guide", phase.guide)):
-            for index, visitor in enumerate(visitors):
-                if visitor.step > len(phase.do):
-                    refuse(
-                        f"{place}.{kind}.{index}.step",
-                        f"the phase has {len(phase.do)} steps, not {visitor.step}",
-                    )
+                refuse(f"{place}.do.{step}.move", f"there is no point '{one.move}' (there are {known})")
+        steps = {f"strike.{index}": one.step for index, one in enumerate(phase.strike)}
+        steps |= {f"guide.{index}": one.step for index, one in enumerate(phase.guide)}
+        for visitor, at in steps.items():
+            if at > len(phase.do):
+                refuse(f"{place}.{visitor}.step", f"the phase has {len(phase.do)} steps, not {at}")
         for index, strike in enumerate(phase.strike):
             if strike.link > robot.n:
-                refuse(
-                    f"{place}.strike.{index}.link",
-                    f"{robot.name} has {robot.n} links, not {strike.link}",
-                )
+                refuse(f"{place}.strike.{index}.link", f"{robot.name} has {robot.n} links, not {strike.link}")

@@ -5,20 +5,16 @@ import json
 from pathlib import Path
 
 from tauperp.commands.experiment import write_results
-from tauperp.view.summary import print_outcomes, shown_progress
 from tauperp.experiment import EXPERIMENTS, run_experiment
+from tauperp.view.summary import print_outcomes, shown_progress
 
 HELP = """Both experiments of the paper, simulated against the compiled firmware over a CAN bus. Writes JSON and figures
 of each, and prints one table. Exit code 0 if every collision stopped the robot and nothing else did."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--out", default="out/demo", metavar="DIR", help="folder of results (out/demo)"
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print JSON instead of the table"
-    )
+    parser.add_argument("--out", default="out/demo", metavar="DIR", help="folder of results (out/demo)")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -28,11 +24,7 @@ def run(args: argparse.Namespace) -> int:
             outcomes.append(run_experiment(name, progress=progress))
         write_results(outcomes[-1], Path(args.out))
     if args.json:
-        print(
-            json.dumps(
-                {one.report["experiment"]: one.report for one in outcomes}, indent=2
-            )
-        )
+        print(json.dumps({one.report["experiment"]: one.report for one in outcomes}, indent=2))
     else:
         print_outcomes(outcomes, args.out)
     return 0 if all(outcome.passed for outcome in outcomes) else 1

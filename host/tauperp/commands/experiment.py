@@ -4,9 +4,9 @@ import argparse
 import json
 from pathlib import Path
 
-from tauperp.view.summary import print_outcomes, shown_progress
 from tauperp.experiment import EXPERIMENTS, Outcome, run_experiment
 from tauperp.files import write_atomically
+from tauperp.view.summary import print_outcomes, shown_progress
 
 HELP = """One of the paper's two experiments, simulated in MuJoCo against the compiled firmware over a CAN bus: handling
 payloads nobody told the guard about (Fig. 7), or hand guiding (Fig. 9), with collisions. Writes NAME.json and NAME.png.
@@ -15,47 +15,18 @@ Exit code 0 if every collision stopped the robot, nothing else did, and the inde
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", choices=EXPERIMENTS, help="which of the two")
-    parser.add_argument(
-        "--out",
-        default="out/experiment",
-        metavar="DIR",
-        help="folder of results (out/experiment)",
-    )
-    parser.add_argument(
-        "--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of ku_dex"
-    )
-    parser.add_argument(
-        "--seed",
-        type=int,
-        metavar="N",
-        help="of sensors and model errors, instead of the scenario's",
-    )
-    parser.add_argument(
-        "--rate",
-        type=int,
-        choices=(500, 1000),
-        help="Hz: 500 on classic CAN, 1000 on CAN FD",
-    )
-    parser.add_argument(
-        "--mass",
-        type=float,
-        metavar="KG",
-        help="of the heaviest payload; the others scale with it",
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print JSON instead of the table"
-    )
+    parser.add_argument("--out", default="out/experiment", metavar="DIR", help="folder of results (out/experiment)")
+    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of ku_dex")
+    parser.add_argument("--seed", type=int, metavar="N", help="of sensors and model errors, instead of the scenario's")
+    parser.add_argument("--rate", type=int, choices=(500, 1000), help="Hz: 500 on classic CAN, 1000 on CAN FD")
+    parser.add_argument("--mass", type=float, metavar="KG", help="of the heaviest payload; the others scale with it")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
 
 
 def run(args: argparse.Namespace) -> int:
     with shown_progress(args.name) as progress:
         outcome = run_experiment(
-            args.name,
-            robot=args.robot,
-            seed=args.seed,
-            rate_hz=args.rate,
-            mass_kg=args.mass,
-            progress=progress,
+            args.name, robot=args.robot, seed=args.seed, rate_hz=args.rate, mass_kg=args.mass, progress=progress
         )
     write_results(outcome, Path(args.out))
     if args.json:
@@ -67,13 +38,9 @@ def run(args: argparse.Namespace) -> int:
 
 def write_results(outcome: Outcome, folder: Path) -> None:
     """The experiment's JSON and figure, named after it."""
-    from tauperp.view.experiment_figure import (
-        experiment_figure,
-    )  # matplotlib takes its time: not before it is needed
+    from tauperp.view.experiment_figure import experiment_figure  # matplotlib takes its time: not before it is needed
 
     name = outcome.report["experiment"]
     figure = experiment_figure(outcome)
-    write_atomically(
-        folder / f"{name}.json", json.dumps(outcome.report, indent=2) + "\n"
-    )
+    write_atomically(folder / f"{name}.json", json.dumps(outcome.report, indent=2) + "\n")
     write_atomically(folder / f"{name}.png", figure)

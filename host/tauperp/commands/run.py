@@ -11,10 +11,10 @@ import can
 from can.io import MESSAGE_WRITERS
 
 from tauperp.bus import add_bus_arguments
-from tauperp.view.summary import print_outcomes, shown_progress
 from tauperp.errors import InputError
 from tauperp.experiment import run_scenario
 from tauperp.scenario import load_scenario, shipped
+from tauperp.view.summary import print_outcomes, shown_progress
 
 HELP = """Run a scenario, a TOML file or the name of a shipped one, in lockstep against the compiled firmware: robot,
 task, payload, motion, contacts, sensor faults. Exit code 0 if every collision stopped the robot and nothing else but
@@ -22,50 +22,22 @@ a sensor's fault did."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", metavar="SCENARIO", help="TOML file, or the name of a shipped scenario")
+    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of the scenario's")
+    parser.add_argument("--seed", type=int, metavar="N", help="of sensors and model errors, instead of the scenario's")
     parser.add_argument(
-        "scenario",
-        metavar="SCENARIO",
-        help="TOML file, or the name of a shipped scenario",
+        "--record", metavar="FILE", help="write every frame: .blf, .asc, .log, whatever python-can writes"
     )
-    parser.add_argument(
-        "--robot",
-        metavar="NAME",
-        help="shipped robot, URDF or MJCF instead of the scenario's",
-    )
-    parser.add_argument(
-        "--seed",
-        type=int,
-        metavar="N",
-        help="of sensors and model errors, instead of the scenario's",
-    )
-    parser.add_argument(
-        "--record",
-        metavar="FILE",
-        help="write every frame: .blf, .asc, .log, whatever python-can writes",
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print JSON instead of the table"
-    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
     add_bus_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    path = (
-        args.scenario
-        if Path(args.scenario).suffix == ".toml"
-        else shipped(args.scenario)
-    )
+    path = args.scenario if Path(args.scenario).suffix == ".toml" else shipped(args.scenario)
     scenario = load_scenario(path, robot=args.robot, seed=args.seed)
-    with (
-        _recorder(args.record) as listener,
-        shown_progress(Path(path).stem) as progress,
-    ):
+    with _recorder(args.record) as listener, shown_progress(Path(path).stem) as progress:
         outcome = run_scenario(
-            scenario,
-            interface=args.interface,
-            channel=args.channel,
-            listener=listener,
-            progress=progress,
+            scenario, interface=args.interface, channel=args.channel, listener=listener, progress=progress
         )
     if args.json:
         print(json.dumps(outcome.report, indent=2))

@@ -20,13 +20,7 @@ from tauperp.robot import Robot
 from tauperp.sim.model import PAYLOAD, TIP, build_spec
 
 BRAKE_MARGIN = 1.5  # a holding brake carries more than the joint's largest torque
-BRAKE_IMPEDANCE = (
-    0.9999,
-    0.9999,
-    0.001,
-    0.5,
-    2.0,
-)  # MuJoCo's solimp; its default lets a brake creep at 0.02 rad/s
+BRAKE_IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)  # MuJoCo's solimp; its default lets a brake creep at 0.02 rad/s
 
 
 @dataclass(frozen=True)
@@ -90,9 +84,7 @@ class Arm:
             one.add_to(spec)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
-        self._scratch = mujoco.MjData(
-            self.model
-        )  # mj_setConst works in a state of its own, not in the running one
+        self._scratch = mujoco.MjData(self.model)  # mj_setConst works in a state of its own, not in the running one
         self.model.dof_solimp[: self.n] = BRAKE_IMPEDANCE
         self._rotor = self.model.dof_armature[: self.n].copy()
         self._torque_max = np.array([joint.torque_max for joint in robot.joints])
@@ -129,9 +121,7 @@ class Arm:
     def brake(self, engaged: bool) -> None:
         """Engage or lift the holding brakes: dry friction on the motor's side."""
         if engaged != self._braked:
-            self.model.dof_frictionloss[: self.n] = (
-                BRAKE_MARGIN * self._torque_max if engaged else 0.0
-            )
+            self.model.dof_frictionloss[: self.n] = BRAKE_MARGIN * self._torque_max if engaged else 0.0
             self._braked = engaged
 
     def step(self, torque: NDArray[np.float64]) -> JointSample:
@@ -167,9 +157,7 @@ class Arm:
         """What the brakes did in the last step, (n,) Nm."""
         data = self.data
         torque = np.zeros(self.n)
-        rows = np.flatnonzero(
-            data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF
-        )
+        rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
         torque[data.efc_id[rows]] = data.efc_force[rows]
         return torque
 

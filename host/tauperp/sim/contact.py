@@ -21,16 +21,16 @@ Vector = NDArray[np.float64]
 
 IMPEDANCE = 0.1  # MuJoCo's contact impedance: low, so that a contact is a spring and damper and adds little mass
 TISSUE_DAMPING = 0.4  # damping ratio of the part's mass on its tissue
-AIM_RAD_S = (
-    25.0  # bandwidth at which the arm behind the part takes back a sideways error
-)
-SPEED_RATE_PER_S = (
-    800.0  # and at which it takes back an error of speed, within its force
-)
+AIM_RAD_S = 25.0  # bandwidth at which the arm behind the part takes back a sideways error
+SPEED_RATE_PER_S = 800.0  # and at which it takes back an error of speed, within its force
 STANDOFF_M = 0.12  # free way before the strike
 GIVE_UP_S = 2.0  # a strike that has met nothing by then is withdrawn
 WITHDRAW_M_S = 0.5
 PARK_M = 10.0  # below the base, a metre apart, out of everybody's way
+
+
+class Obstructed(ValueError):
+    """A strike cannot begin: the part would appear inside a link. The message names it."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,7 @@ class BodyPart:
 
 
 # ISO/TS 15066:2016, table A.3: hands and fingers; lower arm and wrist joint (mass of lower arm with hand).
-BODY_PARTS: dict[str, BodyPart] = {
-    "hand": BodyPart(0.6, 75_000.0, 0.04),
-    "forearm": BodyPart(2.0, 40_000.0, 0.045),
-}
+BODY_PARTS: dict[str, BodyPart] = {"hand": BodyPart(0.6, 75_000.0, 0.04), "forearm": BodyPart(2.0, 40_000.0, 0.045)}
 
 
 @dataclass(frozen=True)
@@ -86,10 +83,14 @@ class ContactRecord:
 
 
 class Hand:
-    """The body that performs one `Strike`; parked out of reach until `start` and after it has withdrawn."""
+    """The body that performs one `Strike`; parked out of reach until `start` and after it has withdrawn.
 
-    def __init__(self, strike: Strike, number: int) -> None:
+    `number` is its own among the hands of a model; `place` says where the strike was asked for.
+    """
+
+    def __init__(self, strike: Strike, number: int, place: str = "") -> None:
         self.strike = strike
+        self.place = place
         self.record = ContactRecord()
         self.force_n = 0.0  # contact force in the last step
         self._part = BODY_PARTS[strike.part]
@@ -102,11 +103,7 @@ class Hand:
         """A sphere on three slides, weightless because its owner carries it, paired with every link of the arm."""
         body = spec.worldbody.add_body(name=self._name, pos=self._park, gravcomp=1.0)
         for axis, name in enumerate("xyz"):
-            body.add_joint(
-                name=f"{self._name}_{name}",
-                type=mujoco.mjtJoint.mjJNT_SLIDE,
-                axis=np.eye(3)[axis].tolist(),
-            )
+            body.add_joint(name=f"{self._name}_{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=np.eye(3)[axis].tolist())
         body.add_geom(
             name=self._name,
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -115,9 +112,7 @@ class Hand:
             contype=0,
             conaffinity=0,
         )
-        links = sum(
-            1 for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_HINGE
-        )
+        links = sum(1 for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_HINGE)
         for link in range(links):
             spec.add_pair(
                 name=f"{self._name}_{geom_name(link)}",
@@ -129,29 +124,27 @@ class Hand:
             )
 
     def start(self, arm: Arm, time_s: float) -> None:
-        """Appear in front of the target, moving along with it, and set off."""
+        """Appear in front of the target, moving along with it, and set off.
+
+        Raises Obstructed if the arm itself is there already.
+        """
         model, data = arm.model, arm.data
-        self._joints = (
-            model.joint(f"{self._name}_x").qposadr[0],
-            model.joint(f"{self._name}_x").dofadr[0],
-        )
+        self._joints = (model.joint(f"{self._name}_x").qposadr[0], model.joint(f"{self._name}_x").dofadr[0])
         self._geom = model.geom(self._name).id
-        self._links = {
-            model.geom(geom_name(link)).id: link + 1 for link in range(arm.n)
-        }
+        self._links = {model.geom(geom_name(link)).id: link + 1 for link in range(arm.n)}
         self._jacobian = np.zeros((3, model.nv))
         capsule = arm.robot.capsules[self.strike.link - 1]
         self._reach = STANDOFF_M + self._part.radius_m + capsule.radius
-        self._target = (
-            1 - self.strike.along
-        ) * capsule.p0 + self.strike.along * capsule.p1
+        self._target = (1 - self.strike.along) * capsule.p0 + self.strike.along * capsule.p1
         self._soften(arm)
         point, velocity, direction = self._aim(arm)
         position, speed = self._joints
-        data.qpos[position : position + 3] = (
-            point - self._reach * direction - self._park
-        )
+        data.qpos[position : position + 3] = point - self._reach * direction - self._park
         data.qvel[speed : speed + 3] = velocity
+        mujoco.mj_kinematics(model, data)
+        for geom, link in self._links.items():
+            if mujoco.mj_geomDistance(model, data, geom, self._geom, 1.0, None) <= 0.0:
+                raise Obstructed(f"the {self.strike.part} would start inside link {link}; strike from elsewhere")
         self._enter(_State.APPROACHING, time_s)
 
     def withdraw(self, time_s: float) -> None:
@@ -180,24 +173,14 @@ class Hand:
             self._park_it(arm, time_s)
             return
         if self._state is _State.APPROACHING:
-            push = float(
-                np.clip(
-                    gain * (strike.speed_m_s - forward), -strike.push_n, strike.push_n
-                )
-            )
+            push = float(np.clip(gain * (strike.speed_m_s - forward), -strike.push_n, strike.push_n))
         elif self._state is _State.PUSHING:
-            follow = max(
-                strike.speed_m_s, strike.push_n / gain
-            )  # it keeps up with a link that gives way, no faster
+            follow = max(strike.speed_m_s, strike.push_n / gain)  # it keeps up with a link that gives way, no faster
             half_sine = strike.push_n * math.sin(math.pi * elapsed / strike.duration_s)
             push = float(np.clip(gain * (follow - forward), -strike.push_n, half_sine))
         else:
-            push = float(
-                np.clip(gain * (-WITHDRAW_M_S - forward), -strike.push_n, strike.push_n)
-            )
-        aim = -mass * (
-            AIM_RAD_S**2 * sideways + 2 * AIM_RAD_S * (drift - forward * direction)
-        )
+            push = float(np.clip(gain * (-WITHDRAW_M_S - forward), -strike.push_n, strike.push_n))
+        aim = -mass * (AIM_RAD_S**2 * sideways + 2 * AIM_RAD_S * (drift - forward * direction))
         data.qfrc_applied[speed : speed + 3] = push * direction + aim
 
     def after_step(self, arm: Arm, time_s: float) -> None:
@@ -214,10 +197,7 @@ class Hand:
             force = float(np.linalg.norm(wrench[:3]))
             self.force_n += force
             if force > largest:
-                largest, touched = (
-                    force,
-                    self._links[int(first if second == self._geom else second)],
-                )
+                largest, touched = (force, self._links[int(first if second == self._geom else second)])
         if self.force_n <= 0.0:
             return
         record = self.record
@@ -247,11 +227,7 @@ class Hand:
         direction = np.array(self.strike.direction)
         if self.strike.frame == "link":
             direction = rotation @ direction
-        return (
-            point,
-            self._jacobian @ arm.data.qvel,
-            direction / np.linalg.norm(direction),
-        )
+        return (point, self._jacobian @ arm.data.qvel, direction / np.linalg.norm(direction))
 
     def _soften(self, arm: Arm) -> None:
         """Give the contact pairs the tissue's stiffness and damping.
@@ -262,12 +238,7 @@ class Hand:
         model, part = arm.model, self._part
         damping = 2 * TISSUE_DAMPING * math.sqrt(part.stiffness_n_m * part.mass_kg)
         for link in range(arm.n):
-            inverse_mass = (
-                1 / part.mass_kg + model.body_invweight0[arm.link_body(link + 1), 0]
-            )
+            inverse_mass = 1 / part.mass_kg + model.body_invweight0[arm.link_body(link + 1), 0]
             per_newton = (1 - IMPEDANCE) * inverse_mass
             pair = model.pair(f"{self._name}_{geom_name(link)}").id
-            model.pair_solref[pair] = (
-                -part.stiffness_n_m * per_newton,
-                -damping * per_newton,
-            )
+            model.pair_solref[pair] = (-part.stiffness_n_m * per_newton, -damping * per_newton)

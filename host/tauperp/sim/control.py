@@ -21,16 +21,10 @@ class ComputedTorque:
     arm that was stopped by a person from leaning into them ever harder.
     """
 
-    def __init__(
-        self, dynamics: Dynamics, period_s: float, bandwidth_rad_s: float = 40.0
-    ) -> None:
+    def __init__(self, dynamics: Dynamics, period_s: float, bandwidth_rad_s: float = 40.0) -> None:
         self._dynamics = dynamics
         self._period = period_s
-        self._kp, self._kd, self._ki = (
-            3 * bandwidth_rad_s**2,
-            3 * bandwidth_rad_s,
-            bandwidth_rad_s**3,
-        )
+        self._kp, self._kd, self._ki = (3 * bandwidth_rad_s**2, 3 * bandwidth_rad_s, bandwidth_rad_s**3)
         self._integral = np.zeros(dynamics.n)
 
     def reset(self) -> None:
@@ -38,23 +32,14 @@ class ComputedTorque:
         self._integral[:] = 0.0
 
     def torque(
-        self,
-        position: Vector,
-        velocity: Vector,
-        reference: tuple[Vector, Vector, Vector],
-        *,
-        learn: bool = True,
+        self, position: Vector, velocity: Vector, reference: tuple[Vector, Vector, Vector], *, learn: bool = True
     ) -> Vector:
         """Motor torque (n,) Nm towards the `reference` position, velocity and acceleration, (n,) each."""
         wanted, wanted_velocity, wanted_acceleration = reference
         error = wanted - position
         if learn:
             self._integral += self._period * error
-        pid = (
-            self._kp * error
-            + self._kd * (wanted_velocity - velocity)
-            + self._ki * self._integral
-        )
+        pid = self._kp * error + self._kd * (wanted_velocity - velocity) + self._ki * self._integral
         return self._dynamics.inverse(position, velocity, wanted_acceleration + pid)
 
 
@@ -74,52 +59,28 @@ class Impedance:
     It holds the pose it was started in; `posture` (n,) rad is where the null space is drawn to.
     """
 
-    def __init__(
-        self,
-        dynamics: Dynamics,
-        gains: ImpedanceGains,
-        position: Vector,
-        posture: Vector,
-    ) -> None:
+    def __init__(self, dynamics: Dynamics, gains: ImpedanceGains, position: Vector, posture: Vector) -> None:
         self._dynamics = dynamics
         self._gains = gains
         self._posture = posture
-        self._stiffness = np.array(
-            [gains.stiffness_n_m] * 3 + [gains.stiffness_nm_rad] * 3
-        )
+        self._stiffness = np.array([gains.stiffness_n_m] * 3 + [gains.stiffness_nm_rad] * 3)
         inertia = dynamics.inertia(position)
         jacobian = dynamics.jacobian(position)
         felt = np.diag(jacobian @ np.linalg.solve(inertia, jacobian.T))
-        self._damping = (
-            2 * gains.damping_ratio * np.sqrt(self._stiffness / np.maximum(felt, 1e-3))
-        )
-        self._posture_damping = (
-            2 * gains.damping_ratio * np.sqrt(gains.posture_nm_rad * np.diag(inertia))
-        )
+        self._damping = 2 * gains.damping_ratio * np.sqrt(self._stiffness / np.maximum(felt, 1e-3))
+        self._posture_damping = 2 * gains.damping_ratio * np.sqrt(gains.posture_nm_rad * np.diag(inertia))
         self.start_m, self.start_rotation = dynamics.tip(position)
 
-    def torque(
-        self, position: Vector, velocity: Vector, goal_m: Vector, goal_rotation: Vector
-    ) -> Vector:
+    def torque(self, position: Vector, velocity: Vector, goal_m: Vector, goal_rotation: Vector) -> Vector:
         """Motor torque (n,) Nm towards the pose `goal_m` (3,), `goal_rotation` (3, 3) at rest."""
         tip, rotation = self._dynamics.tip(position)
         jacobian = self._dynamics.jacobian(position)
-        error = np.concatenate(
-            [goal_m - tip, rotation @ rotation_vector(rotation.T @ goal_rotation)]
-        )
+        error = np.concatenate([goal_m - tip, rotation @ rotation_vector(rotation.T @ goal_rotation)])
         wrench = self._stiffness * error - self._damping * (jacobian @ velocity)
-        free = (
-            self._gains.posture_nm_rad * (self._posture - position)
-            - self._posture_damping * velocity
-        )
+        free = self._gains.posture_nm_rad * (self._posture - position) - self._posture_damping * velocity
         _, sigma, vt = np.linalg.svd(jacobian, full_matrices=False)
         task = vt[sigma > 1e-2 * sigma[0]]
-        return (
-            self._dynamics.bias(position, velocity)
-            + jacobian.T @ wrench
-            + free
-            - task.T @ (task @ free)
-        )
+        return self._dynamics.bias(position, velocity) + jacobian.T @ wrench + free - task.T @ (task @ free)
 
 
 def blend(start: Vector, goal: Vector, phase: float) -> Vector:

@@ -25,9 +25,7 @@ class Dynamics:
         self._data = mujoco.MjData(self._model)
         self._tip = self._model.site(TIP).id
 
-    def inverse(
-        self, position: Vector, velocity: Vector, acceleration: Vector
-    ) -> Vector:
+    def inverse(self, position: Vector, velocity: Vector, acceleration: Vector) -> Vector:
         """Motor torque that this acceleration takes."""
         data = self._data
         data.qpos[:], data.qvel[:], data.qacc[:] = position, velocity, acceleration
@@ -51,17 +49,13 @@ class Dynamics:
     def tip(self, position: Vector) -> tuple[Vector, Vector]:
         """End-effector point (3,) and orientation (3, 3), columns its axes."""
         self._place(position)
-        return self._data.site_xpos[self._tip].copy(), self._data.site_xmat[
-            self._tip
-        ].reshape(3, 3).copy()
+        return self._data.site_xpos[self._tip].copy(), self._data.site_xmat[self._tip].reshape(3, 3).copy()
 
     def jacobian(self, position: Vector) -> Vector:
         """Of the end-effector point, (6, n): rows linear m/rad, then angular rad/rad."""
         self._place(position)
         jacobian = np.empty((6, self.n))
-        mujoco.mj_jacSite(
-            self._model, self._data, jacobian[:3], jacobian[3:], self._tip
-        )
+        mujoco.mj_jacSite(self._model, self._data, jacobian[:3], jacobian[3:], self._tip)
         return jacobian
 
     def _place(self, position: Vector) -> None:

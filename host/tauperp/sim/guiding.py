@@ -28,9 +28,7 @@ class GuidingForce:
         left = 2 * self.rise_s + self.hold_s - since
         if since <= 0 or left <= 0:
             return 0.0
-        return 0.5 - 0.5 * math.cos(
-            math.pi * min(since / self.rise_s, left / self.rise_s, 1.0)
-        )
+        return 0.5 - 0.5 * math.cos(math.pi * min(since / self.rise_s, left / self.rise_s, 1.0))
 
     def over(self, time_s: float) -> bool:
         """Whether it has ended for good by then."""

@@ -10,7 +10,7 @@ from tauperp.config import TASKS
 from tauperp.errors import InputError
 from tauperp.scenario import Scenario, StepTable
 from tauperp.sim.arm import Arm
-from tauperp.sim.contact import Hand
+from tauperp.sim.contact import Hand, Obstructed
 from tauperp.sim.dynamics import Dynamics
 from tauperp.sim.guard_node import GuardPeer
 from tauperp.sim.guiding import Guidance
@@ -24,9 +24,7 @@ from tauperp.sim.trajectory import Planner, Unreachable
 LAST_LOOK_S = 0.5  # simulated after the last step is done
 REACTION_S = 0.15  # until a person whose hand has stopped a robot takes it away
 
-Progress = Callable[
-    [float, str], None
-]  # share of the steps done, 0 to 1, and the phase's name
+Progress = Callable[[float, str], None]  # share of the steps done, 0 to 1, and the phase's name
 
 
 class Lockstep:
@@ -44,11 +42,11 @@ class Lockstep:
         rng = np.random.default_rng(scenario.seed)
         mass_scale = 1 + scenario.model_error * rng.uniform(-1, 1, robot.n)
         strikes = [
-            strike for phase in scenario.phases for _, _, strike in phase.strikes
+            (strike, f"phase.{number}.strike.{index}")
+            for number, phase in enumerate(scenario.phases)
+            for index, (_, _, strike) in enumerate(phase.strikes)
         ]
-        self._hands = [
-            Hand(strike, number + 1) for number, strike in enumerate(strikes)
-        ]
+        self._hands = [Hand(strike, number + 1, place) for number, (strike, place) in enumerate(strikes)]
         self._guidance = Guidance()
         self._arm = Arm(
             robot,
@@ -58,22 +56,11 @@ class Lockstep:
             touching=[*self._hands, self._guidance],
         )
         dynamics = Dynamics(robot)
-        start = (
-            home(robot, dynamics) if scenario.start_rad is None else scenario.start_rad
-        )
-        self._steps = [
-            (phase, step)
-            for phase in range(len(scenario.phases))
-            for step in _steps(scenario, phase)
-        ]
+        start = home(robot, dynamics) if scenario.start_rad is None else scenario.start_rad
+        self._steps = [(phase, step) for phase in range(len(scenario.phases)) for step in _steps(scenario, phase)]
         jobs = _jobs(scenario, dynamics, start)
         self._motion = Motion(
-            Planner(robot, dynamics, self._period),
-            dynamics,
-            self._period,
-            start,
-            jobs,
-            scenario.recovery,
+            Planner(robot, dynamics, self._period), dynamics, self._period, start, jobs, scenario.recovery
         )
         self._node = RobotNode(
             bus,
@@ -90,9 +77,7 @@ class Lockstep:
         self._stood_since = 0.0
         self._due: list[tuple[float, Hand]] = []
 
-    def run(
-        self, progress: Progress | None = None, listen: Callable[[], None] | None = None
-    ) -> Trace:
+    def run(self, progress: Progress | None = None, listen: Callable[[], None] | None = None) -> Trace:
         """All phases, or as far as the time limit lets them. `listen` is called after every cycle, for a recorder."""
         scenario, period_us = self._scenario, self._scenario.configuration.period_us
         recorder = TraceRecorder()
@@ -107,9 +92,7 @@ class Lockstep:
             try:
                 self._node.end_cycle(cycle)
             except Unreachable as error:
-                raise InputError(
-                    f"{scenario.source}: {self._place()}: {error}"
-                ) from error
+                raise InputError(f"{scenario.source}: {self._place()}: {error}") from error
             self._note(recorder, time_s, was_permitted)
             was_permitted = self._node.permitted
             if listen is not None:
@@ -121,10 +104,7 @@ class Lockstep:
                     break
         if progress is not None:
             progress(1.0, "")
-        thresholds = {
-            number: scenario.configuration.threshold_nm(name)
-            for name, number in TASKS.items()
-        }
+        thresholds = {number: scenario.configuration.threshold_nm(name) for name, number in TASKS.items()}
         contacts = tuple(Contact(hand.strike, hand.record) for hand in self._hands)
         return recorder.trace(thresholds, contacts, finished_at is not None)
 
@@ -140,9 +120,7 @@ class Lockstep:
         if phase != before:
             self._arm.attach(current.payload)
             self._node.task = current.task
-        self._guidance.start(
-            tuple(force for at, force in current.guides if at == step), time_s
-        )
+        self._guidance.start(tuple(force for at, force in current.guides if at == step), time_s)
         hand = sum(len(earlier.strikes) for earlier in scenario.phases[:phase])
         for number, (at, after_s, _) in enumerate(current.strikes):
             if at == step:
@@ -152,7 +130,10 @@ class Lockstep:
 
     def _send_hands(self, time_s: float) -> None:
         for due in [one for one in self._due if one[0] <= time_s]:
-            due[1].start(self._arm, time_s)
+            try:
+                due[1].start(self._arm, time_s)
+            except Obstructed as error:
+                raise InputError(f"{self._scenario.source}: {due[1].place}: {error}") from error
             self._due.remove(due)
         if self._motion.mode not in (Mode.PAUSING, Mode.BRAKED):
             self._stood_since = time_s
@@ -160,29 +141,16 @@ class Lockstep:
             for hand in self._hands:
                 hand.withdraw(time_s)
 
-    def _note(
-        self, recorder: TraceRecorder, time_s: float, was_permitted: bool
-    ) -> None:
+    def _note(self, recorder: TraceRecorder, time_s: float, was_permitted: bool) -> None:
         node, verdict = self._node, self._guard.verdict
-        indexes = (
-            (node.residual, node.index)
-            if verdict is None
-            else (verdict.residual, verdict.index)
-        )
-        forces = (
-            sum(hand.force_n for hand in self._hands),
-            float(np.linalg.norm(self._guidance.force_n)),
-        )
+        indexes = (node.residual, node.index) if verdict is None else (verdict.residual, verdict.index)
+        forces = (sum(hand.force_n for hand in self._hands), float(np.linalg.norm(self._guidance.force_n)))
         speed = float(np.linalg.norm(self._arm.tip_velocity()))
         phase = self._steps[max(self._job, 0)][0]
         recorder.row(time_s, node.task, phase, node.permitted, forces, speed, indexes)
         if was_permitted and not node.permitted:
             recorder.stops.append(_stop(node, time_s))
-        elif (
-            recorder.stops
-            and recorder.stops[-1].standstill_s is None
-            and self._motion.standing
-        ):
+        elif recorder.stops and recorder.stops[-1].standstill_s is None and self._motion.standing:
             recorder.stops[-1] = replace(recorder.stops[-1], standstill_s=time_s)
 
     def _place(self) -> str:
@@ -203,9 +171,7 @@ def _jobs(scenario: Scenario, dynamics: Dynamics, start: np.ndarray) -> list[Job
     return jobs
 
 
-def _job(
-    step: StepTable, scenario: Scenario, tip: np.ndarray, rotation: np.ndarray
-) -> Job:
+def _job(step: StepTable, scenario: Scenario, tip: np.ndarray, rotation: np.ndarray) -> Job:
     if step.wait_s is not None:
         return Wait(step.wait_s)
     if step.yield_s is not None:
@@ -215,9 +181,7 @@ def _job(
     if point.joints_rad is not None:
         return Move(joints=np.array(point.joints_rad, float), limits=scenario.limits)
     assert point.offset_m is not None
-    return Move(
-        tip_m=tip + np.array(point.offset_m), rotation=rotation, limits=scenario.limits
-    )
+    return Move(tip_m=tip + np.array(point.offset_m), rotation=rotation, limits=scenario.limits)
 
 
 def _stop(node: RobotNode, time_s: float) -> Stop:

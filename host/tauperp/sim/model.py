@@ -19,9 +19,7 @@ def geom_name(link: int) -> str:
     return f"link{link + 1}"
 
 
-def build_spec(
-    robot: Robot, *, timestep_s: float, mass_scale: NDArray[np.float64] | None = None
-) -> mujoco.MjSpec:
+def build_spec(robot: Robot, *, timestep_s: float, mass_scale: NDArray[np.float64] | None = None) -> mujoco.MjSpec:
     """The arm as an MjSpec that others may add bodies to before they compile it.
 
     `mass_scale` (n,) multiplies each link's mass and inertia: a plant that differs from what the firmware was told.
@@ -39,51 +37,23 @@ def build_spec(
         quat = np.empty(4)
         mujoco.mju_mat2Quat(quat, np.asarray(joint.origin_rotation, float).ravel())
         body = body.add_body(name=joint.name, pos=joint.origin_position, quat=quat)
-        _set_inertia(
-            body, joint.mass * scale[link], joint.com, joint.inertia * scale[link]
-        )
-        body.add_joint(
-            name=joint.name,
-            type=mujoco.mjtJoint.mjJNT_HINGE,
-            axis=joint.axis,
-            armature=joint.rotor_inertia,
-        )
+        _set_inertia(body, joint.mass * scale[link], joint.com, joint.inertia * scale[link])
+        body.add_joint(name=joint.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=joint.axis, armature=joint.rotor_inertia)
         shape = robot.capsules[link]
-        geom = body.add_geom(
-            name=geom_name(link),
-            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-            contype=0,
-            conaffinity=0,
-        )
+        geom = body.add_geom(name=geom_name(link), type=mujoco.mjtGeom.mjGEOM_CAPSULE, contype=0, conaffinity=0)
         geom.size, geom.fromto = [shape.radius, 0, 0], [*shape.p0, *shape.p1]
-        motor = spec.add_actuator(
-            name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
-        )
+        motor = spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.set_to_motor()
     body.add_site(name=TIP, pos=robot.tip)
     payload = body.add_body(name=PAYLOAD, pos=robot.tip)
     # Off-centre and unequal on purpose: MuJoCo then compiles no short cut for a body whose frame is its inertia frame,
     # and the numbers may change while it runs.
-    _set_inertia(
-        payload, 1e-3, np.array([1e-3, 1e-3, 1e-3]), np.diag([1e-6, 1.1e-6, 1.2e-6])
-    )
+    _set_inertia(payload, 1e-3, np.array([1e-3, 1e-3, 1e-3]), np.diag([1e-6, 1.1e-6, 1.2e-6]))
     return spec
 
 
-def _set_inertia(
-    body: mujoco.MjsBody,
-    mass: float,
-    com: NDArray[np.float64],
-    inertia: NDArray[np.float64],
-) -> None:
+def _set_inertia(body: mujoco.MjsBody, mass: float, com: NDArray[np.float64], inertia: NDArray[np.float64]) -> None:
     body.mass = mass
     body.ipos = com
-    body.fullinertia = [
-        inertia[0, 0],
-        inertia[1, 1],
-        inertia[2, 2],
-        inertia[0, 1],
-        inertia[0, 2],
-        inertia[1, 2],
-    ]
+    body.fullinertia = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
     body.explicitinertial = True

@@ -24,9 +24,7 @@ from tauperp.sim.trajectory import Limits, Planner, Trajectory
 Vector = NDArray[np.float64]
 
 PATH_S = 3.0  # how far back the robot remembers the way it came
-RETURN_S = (
-    1.5  # in which impedance control takes the tip back to where it was to be held
-)
+RETURN_S = 1.5  # in which impedance control takes the tip back to where it was to be held
 
 
 @dataclass(frozen=True)
@@ -166,9 +164,7 @@ class Motion:
         moving = self.mode in (Mode.FOLLOWING, Mode.RETREATING, Mode.STOPPING)
         if permit.category == 0:
             self._enter(Mode.BRAKED)
-        elif self.mode is Mode.FOLLOWING or (
-            self.mode is Mode.RETREATING and permit.category == 1
-        ):
+        elif self.mode is Mode.FOLLOWING or (self.mode is Mode.RETREATING and permit.category == 1):
             self._category = permit.category
             self._stop(sample)
         elif permit.category == 1 and not moving:
@@ -191,10 +187,7 @@ class Motion:
 
     def _stop(self, sample: JointSample) -> None:
         position, velocity = self._reference(sample)[:2]
-        self._trajectory, self._sample = (
-            self._planner.stop(position, velocity, self._recovery.deceleration_rad_s2),
-            0,
-        )
+        self._trajectory, self._sample = (self._planner.stop(position, velocity, self._recovery.deceleration_rad_s2), 0)
         self._impedance = None
         self.mode = Mode.STOPPING
 
@@ -202,9 +195,7 @@ class Motion:
         path = np.array(self._path)
         self._path.clear()
         self._retreat_due = False
-        self._trajectory = self._planner.retreat(
-            path, self._recovery.retreat_m, self._recovery.limits
-        )
+        self._trajectory = self._planner.retreat(path, self._recovery.retreat_m, self._recovery.limits)
         self._sample = 0
         self.mode = Mode.RETREATING
 
@@ -224,9 +215,7 @@ class Motion:
             self._cycles_left = max(1, round(job.duration_s / self._period))
             self._pose = None
         if isinstance(job, Yield):
-            self._impedance = Impedance(
-                self._dynamics, job.gains, sample.position, self._home
-            )
+            self._impedance = Impedance(self._dynamics, job.gains, sample.position, self._home)
             self._yielded = 0
             if self._pose is None:
                 self._pose = self._dynamics.tip(self._rest)
@@ -236,9 +225,7 @@ class Motion:
             return self._planner.joint_move(self._rest, move.joints, move.limits)
         assert move.tip_m is not None
         assert move.rotation is not None
-        return self._planner.straight_move(
-            self._rest, move.tip_m, move.rotation, self._home, move.limits
-        )
+        return self._planner.straight_move(self._rest, move.tip_m, move.rotation, self._home, move.limits)
 
     def _reference(self, sample: JointSample) -> tuple[Vector, Vector, Vector]:
         if self._impedance is not None:
@@ -247,29 +234,17 @@ class Motion:
             still = np.zeros_like(self._rest)
             return self._rest, still, still
         now = self._sample
-        return (
-            self._trajectory.position[now],
-            self._trajectory.velocity[now],
-            self._trajectory.acceleration[now],
-        )
+        return (self._trajectory.position[now], self._trajectory.velocity[now], self._trajectory.acceleration[now])
 
     def _torque(self, sample: JointSample) -> Vector:
         if self.mode is Mode.BRAKED:
             return np.zeros_like(sample.position)
         if self._impedance is not None:
             assert self._pose is not None
-            goal = blend(
-                self._impedance.start_m,
-                self._pose[0],
-                self._yielded * self._period / RETURN_S,
-            )
-            return self._impedance.torque(
-                sample.position, sample.velocity, goal, self._pose[1]
-            )
+            goal = blend(self._impedance.start_m, self._pose[0], self._yielded * self._period / RETURN_S)
+            return self._impedance.torque(sample.position, sample.velocity, goal, self._pose[1])
         learn = self.mode not in (Mode.STOPPING, Mode.PAUSING)
-        return self._position_control.torque(
-            sample.position, sample.velocity, self._reference(sample), learn=learn
-        )
+        return self._position_control.torque(sample.position, sample.velocity, self._reference(sample), learn=learn)
 
     def _advance(self, sample: JointSample) -> None:
         """To the next cycle; what ends with this one is followed by what comes next."""

@@ -17,9 +17,7 @@ PERMITTED = (1, 14)  # Permission and its inverse: everything else is a stop
 COLLISION = 6  # StopCommand.Reason
 SILENCE = 1  # stop category when nobody says which
 SENSOR_OK, NOT_AVAILABLE = 0, 15  # JointState.SensorStatus
-RESET_HALF_S = (
-    0.02  # a reset is asked for with a square wave of this half period, for its edges
-)
+RESET_HALF_S = 0.02  # a reset is asked for with a square wave of this half period, for its edges
 CYCLE_MASK, NIBBLE = 0xFFFF, 0xF
 
 
@@ -40,16 +38,11 @@ class RobotNode:
         self.motion = motion
         self.arm = arm
         self.task = 1  # as on the wire
-        self.stop_command: dict[str, float] | None = (
-            None  # the newest that passed its check
-        )
+        self.stop_command: dict[str, float] | None = None  # the newest that passed its check
         self.permitted = False
         self.sample = JointSample(*(np.zeros(arm.n) for _ in range(3)))
         n = arm.n
-        self.residual, self.index = (
-            np.zeros(n),
-            np.zeros(n),
-        )  # as GuardIndex last told, if it is to be heard
+        self.residual, self.index = (np.zeros(n), np.zeros(n))  # as GuardIndex last told, if it is to be heard
         self._bus = bus
         self._sensors = sensors
         self._sender = Sender(wire, fd=fd)
@@ -72,11 +65,7 @@ class RobotNode:
         self._time_s = time_s = cycle * self.arm.period_s
         self._send("Sync", {"Cycle": cycle & CYCLE_MASK}, cycle)
         x, y, z = self.motion.tip_acceleration
-        self._send(
-            "TaskCommand",
-            {"Task": self.task, "AccelX": x, "AccelY": y, "AccelZ": z},
-            cycle,
-        )
+        self._send("TaskCommand", {"Task": self.task, "AccelX": x, "AccelY": y, "AccelZ": z}, cycle)
         readings = self._sensors.read(self.sample, time_s)
         faults = [fault for fault in self._faults if fault.active(time_s)]
         for joint, name in enumerate(self._messages):
@@ -97,12 +86,7 @@ class RobotNode:
         self.sample = self.arm.step(torque)
 
     def _joint_frame(
-        self,
-        name: str,
-        readings: JointSample,
-        joint: int,
-        cycle: int,
-        faults: list[SensorFault],
+        self, name: str, readings: JointSample, joint: int, cycle: int, faults: list[SensorFault]
     ) -> can.Message | None:
         status, broken = SENSOR_OK, False
         for fault in faults:
@@ -120,18 +104,9 @@ class RobotNode:
             "Torque": readings.torque[joint],
         }
         try:
-            frame = self._sender.frame(
-                name, signals, cycle=cycle, timestamp=self._time_s
-            )
-        except (
-            InputError
-        ):  # a reading that the wire cannot carry: say so instead of clamping it
-            blank = {
-                "SensorStatus": NOT_AVAILABLE,
-                "Position": 0.0,
-                "Velocity": 0.0,
-                "Torque": 0.0,
-            }
+            frame = self._sender.frame(name, signals, cycle=cycle, timestamp=self._time_s)
+        except InputError:  # a reading that the wire cannot carry: say so instead of clamping it
+            blank = {"SensorStatus": NOT_AVAILABLE, "Position": 0.0, "Velocity": 0.0, "Torque": 0.0}
             frame = self._sender.frame(name, blank, cycle=cycle, timestamp=self._time_s)
         if broken:
             frame.data[0] ^= 0xFF
@@ -162,29 +137,19 @@ class RobotNode:
         command = self.stop_command
         if (command["Permission"], command["PermissionInverted"]) == PERMITTED:
             return Permit(True)
-        return Permit(
-            False, int(command["StopCategory"]), command["Reason"] == COLLISION
-        )
+        return Permit(False, int(command["StopCategory"]), command["Reason"] == COLLISION)
 
     def _ask_for_reset(self) -> None:
         """While only the permission is missing, ask for it with the number of the trip that took it."""
         command = self.stop_command
-        tripped = (
-            command is not None and not self.permitted and command["TripNumber"] != 0
-        )
+        tripped = command is not None and not self.permitted and command["TripNumber"] != 0
         if not (tripped and self.motion.wants_reset):
             self._reset_cycles = 0
             return
         assert command is not None
         request = self._reset_cycles // self._reset_half % 2
-        self._send(
-            "GuardReset",
-            {"Request": request, "TripNumber": int(command["TripNumber"])},
-            None,
-        )
+        self._send("GuardReset", {"Request": request, "TripNumber": int(command["TripNumber"])}, None)
         self._reset_cycles += 1
 
     def _send(self, name: str, signals: dict[str, float], cycle: int | None) -> None:
-        self._bus.send(
-            self._sender.frame(name, signals, cycle=cycle, timestamp=self._time_s)
-        )
+        self._bus.send(self._sender.frame(name, signals, cycle=cycle, timestamp=self._time_s))

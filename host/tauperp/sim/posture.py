@@ -9,7 +9,9 @@ from tauperp.sim.dynamics import Dynamics
 HOMES: dict[str, tuple[float, ...]] = {
     "ku_dex": (0.0, 0.4, 0.0, 1.5, 0.0, 1.0, 0.0),
     "panda": (0.0, -0.4, 0.0, -2.1, 0.0, 1.7, 0.8),
-    "iiwa14": (0.0, 0.5, 0.0, -1.5, 0.0, 1.0, 0.0),
+    "panda_bare": (0.0, -0.4, 0.0, -2.1, 0.0, 1.7, 0.8),
+    "iiwa7": (0.0, 0.5, 0.0, -1.5, 0.0, 1.0, 0.0),
+    "kinova3": (0.0, 0.4, 0.0, 1.6, 0.0, 1.0, 0.0),
 }
 TRIES = 300
 SEED = 7  # of the search: the same arm always starts in the same posture

@@ -58,11 +58,7 @@ class Sensors:
     """The sensors of one arm of `n` joints. `read` is called once a cycle, in order."""
 
     def __init__(
-        self,
-        model: SensorModel,
-        n: int,
-        rng: np.random.Generator,
-        faults: Sequence[SensorFault] = (),
+        self, model: SensorModel, n: int, rng: np.random.Generator, faults: Sequence[SensorFault] = ()
     ) -> None:
         self._model = model
         self._rng = rng
@@ -79,15 +75,8 @@ class Sensors:
         self._late.append(truth)
         seen, model, rng = self._late[0], self._model, self._rng
         n = len(seen.torque)
-        ripple = self._ripple * np.sin(
-            model.ripple_per_turn * seen.position + self._ripple_phase
-        )
-        torque = (
-            self._gain * seen.torque
-            + self._offset
-            + ripple
-            + model.torque_noise_nm * rng.standard_normal(n)
-        )
+        ripple = self._ripple * np.sin(model.ripple_per_turn * seen.position + self._ripple_phase)
+        torque = self._gain * seen.torque + self._offset + ripple + model.torque_noise_nm * rng.standard_normal(n)
         position = seen.position + model.position_noise_rad * rng.standard_normal(n)
         velocity = seen.velocity + model.velocity_noise_rad_s * rng.standard_normal(n)
         self._break(torque, time_s)

@@ -67,9 +67,7 @@ class TraceRecorder:
     """Collects rows and events while a run lasts."""
 
     stops: list[Stop] = field(default_factory=list)
-    _rows: list[tuple[float, int, int, bool, float, float, float]] = field(
-        default_factory=list
-    )
+    _rows: list[tuple[float, int, int, bool, float, float, float]] = field(default_factory=list)
     _residual: list[Vector] = field(default_factory=list)
     _index: list[Vector] = field(default_factory=list)
 
@@ -88,12 +86,7 @@ class TraceRecorder:
         self._residual.append(indexes[0].copy())
         self._index.append(indexes[1].copy())
 
-    def trace(
-        self,
-        thresholds: dict[int, Vector],
-        contacts: tuple[Contact, ...],
-        finished: bool,
-    ) -> Trace:
+    def trace(self, thresholds: dict[int, Vector], contacts: tuple[Contact, ...], finished: bool) -> Trace:
         """Everything as arrays; `thresholds` (n,) by task number."""
         time, task, phase, permitted, contact, guiding, speed = (
             np.array(column) for column in zip(*self._rows, strict=True)

@@ -51,36 +51,22 @@ def experiment_figure(outcome: Outcome) -> bytes:
     rows = slice(None, None, every)
     time = trace.time_s[rows]
 
-    for axis, values, colour in (
-        (axes[0], trace.residual_nm, RESIDUAL),
-        (axes[1], trace.index_nm, INDEX),
-    ):
+    for axis, values, colour in ((axes[0], trace.residual_nm, RESIDUAL), (axes[1], trace.index_nm, INDEX)):
         _dress(axis, outcome)
         others = [number for number in range(values.shape[1]) if number != joint - 1]
         axis.plot(time, values[rows][:, others], color=OTHERS, linewidth=0.6, zorder=2)
         axis.plot(time, values[rows, joint - 1], color=colour, linewidth=1.4, zorder=4)
         for sign in (-1, 1):
             axis.plot(
-                time,
-                sign * trace.threshold_nm[rows, joint - 1],
-                color=ALARM,
-                linewidth=1,
-                dashes=(5, 3),
-                zorder=3,
+                time, sign * trace.threshold_nm[rows, joint - 1], color=ALARM, linewidth=1, dashes=(5, 3), zorder=3
             )
         reach = max(1.15 * np.abs(values).max(), 1.6 * trace.threshold_nm.max())
         axis.set_ylim(-reach, reach)
     axes[0].set_ylabel(f"r, joint {joint}  [Nm]")
     axes[1].set_ylabel(f"${panel.symbol}$, joint {joint}  [Nm]")
     report = outcome.report
-    _say(
-        axes[0],
-        f"external torque: up to {report['peak_residual_free_nm']:.1f} Nm without a collision",
-    )
-    _say(
-        axes[1],
-        f"collision index: up to {report['peak_index_free_nm']:.2f} Nm without a collision",
-    )
+    _say(axes[0], f"external torque: up to {report['peak_residual_free_nm']:.1f} Nm without a collision")
+    _say(axes[1], f"collision index: up to {report['peak_index_free_nm']:.2f} Nm without a collision")
     _stops(axes[1], report["collisions"])
     _legend(axes[0], joint, RESIDUAL)
     _forces(axes[2], outcome, rows)
@@ -113,43 +99,21 @@ def _dress(axis: Axes, outcome: Outcome) -> None:
         rows = np.flatnonzero(trace.phase == number)
         if len(rows):
             begin, end = trace.time_s[rows[0]], trace.time_s[rows[-1]]
-            axis.axvspan(
-                begin, end, color=PHASE_BANDS[number % 2], zorder=0, linewidth=0
-            )
+            axis.axvspan(begin, end, color=PHASE_BANDS[number % 2], zorder=0, linewidth=0)
     for contact in trace.contacts:
-        if (
-            contact.record.contact_s is not None
-            and contact.record.release_s is not None
-        ):
-            axis.axvspan(
-                contact.record.contact_s,
-                contact.record.release_s,
-                color=BAND,
-                zorder=1,
-                linewidth=0,
-            )
+        if contact.record.contact_s is not None and contact.record.release_s is not None:
+            axis.axvspan(contact.record.contact_s, contact.record.release_s, color=BAND, zorder=1, linewidth=0)
 
 
 def _say(axis: Axes, text: str) -> None:
-    axis.text(
-        0.008,
-        0.04,
-        text,
-        transform=axis.transAxes,
-        fontsize=9.5,
-        color=INK,
-        va="bottom",
-        zorder=6,
-    )
+    axis.text(0.008, 0.04, text, transform=axis.transAxes, fontsize=9.5, color=INK, va="bottom", zorder=6)
 
 
 def _phases(axis: Axes, outcome: Outcome) -> None:
     for number, phase in enumerate(outcome.scenario.phases):
         rows = np.flatnonzero(outcome.trace.phase == number)
         if len(rows):
-            middle = (
-                outcome.trace.time_s[rows[0]] + outcome.trace.time_s[rows[-1]]
-            ) / 2
+            middle = (outcome.trace.time_s[rows[0]] + outcome.trace.time_s[rows[-1]]) / 2
             axis.annotate(
                 phase.name,
                 (middle, 1.0),
@@ -169,7 +133,7 @@ def _stops(axis: Axes, collisions: list[dict[str, Any]]) -> None:
         stop = collision["stop_s"]
         axis.axvline(stop, color=ALARM, linewidth=1.1, zorder=5)
         axis.annotate(
-            f"stop {collision['latency_ms']:.0f} ms after contact\non link {collision['link']}, by joint {collision['joint']}",
+            f"stop after {collision['latency_ms']:.0f} ms\n(joint {collision['joint']})",
             (stop, 0.97),
             xycoords=("data", "axes fraction"),
             xytext=(6, 0),
@@ -185,28 +149,17 @@ def _legend(axis: Axes, joint: int, colour: str) -> None:
     handles = [
         axis.plot([], [], color=colour, linewidth=1.4, label=f"joint {joint}")[0],
         axis.plot([], [], color=OTHERS, linewidth=1, label="other joints")[0],
-        axis.plot([], [], color=ALARM, linewidth=1, dashes=(5, 3), label="threshold")[
-            0
-        ],
+        axis.plot([], [], color=ALARM, linewidth=1, dashes=(5, 3), label="threshold")[0],
         axis.fill_between([], [], color=BAND, label="contact"),
     ]
-    axis.legend(
-        handles=handles,
-        loc="upper left",
-        ncols=4,
-        fontsize=8.5,
-        frameon=False,
-        labelcolor=INK,
-    )
+    axis.legend(handles=handles, loc="upper left", ncols=4, fontsize=8.5, frameon=False, labelcolor=INK)
 
 
 def _forces(axis: Axes, outcome: Outcome, rows: slice) -> None:
     trace = outcome.trace
     _dress(axis, outcome)
     time = trace.time_s[rows]
-    axis.fill_between(
-        time, trace.contact_n[rows], color=CONTACT, alpha=0.35, linewidth=0, zorder=3
-    )
+    axis.fill_between(time, trace.contact_n[rows], color=CONTACT, alpha=0.35, linewidth=0, zorder=3)
     axis.plot(time, trace.contact_n[rows], color=CONTACT, linewidth=1.1, zorder=4)
     if trace.guiding_n.any():
         axis.plot(time, trace.guiding_n[rows], color=MUTED, linewidth=1.3, zorder=3)

@@ -29,9 +29,7 @@ def shown_progress(name: str) -> Iterator[Report]:
         task = bar.add_task(name, total=1.0)
 
         def report(share: float, phase: str) -> None:
-            bar.update(
-                task, completed=share, description=f"{name}: {phase}" if phase else name
-            )
+            bar.update(task, completed=share, description=f"{name}: {phase}" if phase else name)
 
         yield report
 
@@ -42,19 +40,8 @@ def print_outcomes(outcomes: Sequence[Outcome], written: str | None = None) -> N
     if not console.is_terminal:
         console = Console(width=PLAIN_WIDTH)
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
-    for heading in (
-        "run",
-        "collision",
-        "force",
-        "contact",
-        "stop",
-        "latency",
-        "found by",
-    ):
-        table.add_column(
-            heading,
-            justify="left" if heading in ("run", "collision", "found by") else "right",
-        )
+    for heading in ("run", "collision", "force", "contact", "stop", "latency", "found by"):
+        table.add_column(heading, justify="left" if heading in ("run", "collision", "found by") else "right")
     for outcome in outcomes:
         report = outcome.report
         for number, collision in enumerate(report["collisions"]):
@@ -75,10 +62,7 @@ def _row(collision: dict[str, Any]) -> tuple[str, ...]:
     if collision["contact_s"] is None:
         return f"link {collision['link']}", "", "never", "", "", "[red]no contact[/red]"
     where = f"link {collision['link']}, {collision['part']}"
-    force, contact = (
-        f"{collision['peak_force_n']:.0f} N",
-        f"{collision['contact_s']:.3f} s",
-    )
+    force, contact = (f"{collision['peak_force_n']:.0f} N", f"{collision['contact_s']:.3f} s")
     if not collision["detected"]:
         return where, force, contact, "", "", "[red]missed[/red]"
     stop, latency = f"{collision['stop_s']:.3f} s", f"{collision['latency_ms']:.1f} ms"
