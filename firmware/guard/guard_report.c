@@ -75,6 +75,7 @@ static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_
     message->worst_tick_time = held16(guard->report.worst_tick_time_us);
     message->deadline_margin = held16(guard->report.margin_us);
     message->config_schema = (uint8_t)CONFIG_SCHEMA;
+    message->build_id = (uint16_t)(TAUPERP_BUILD_ID >> 16);
     if (guard->config != 0) {
         message->config_crc = guard->config->crc;
         message->robot_joints = (uint8_t)guard->joints;

@@ -6,4 +6,9 @@
 #define TAUPERP_VERSION_MINOR 1u
 #define TAUPERP_VERSION_PATCH 0u
 
+/* First 32 bits of the SHA-256 of the firmware's sources, given by the build; the same for every board. */
+#ifndef TAUPERP_BUILD_ID
+#define TAUPERP_BUILD_ID 0u
+#endif
+
 #endif

@@ -11,6 +11,12 @@ STRICT := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror
 GENERATED := firmware/wire/messages.c
 warnings_for = $(if $(filter $(GENERATED),$(1)),-Wall,$(STRICT))
 
+# Which sources a build is of: written when it changes, and seen by the files that tell it.
+BUILD_ID := $(shell cat $(sort $(wildcard firmware/core/*.[ch] firmware/wire/*.[ch] firmware/guard/*.[ch])) | sha256sum | cut -c 1-8)
+$(shell mkdir -p $(BUILD); line='#define TAUPERP_BUILD_ID 0x$(BUILD_ID)u'; \
+    [ "$$(cat $(BUILD)/build_id.h 2>/dev/null)" = "$$line" ] || echo "$$line" > $(BUILD)/build_id.h)
+$(BUILD)/object/%/guard_report.o $(BUILD)/object/%/identity.o: CFLAGS_ALL += -include $(BUILD)/build_id.h
+
 # Which numbers a build is for: float is the default, fixed the same sources in Q9.22.
 FLAGS_float :=
 FLAGS_fixed := -DTAUPERP_FIXED=1
