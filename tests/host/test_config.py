@@ -120,7 +120,7 @@ def test_deadlines_come_from_the_dbc_unless_the_file_says_otherwise(write: Write
         ('[task.none]\nthreshold_nm = -1', "task.none.threshold_nm.0: should be greater than 0, not -1"),
         ('[task.none]\nthreshold_nm = [1, 2]', "task.none.threshold_nm: 2 values for the 7 joints"),
         ('[task.none]\nthreshold_nm = []', "task.none.threshold_nm: 0 values for the 7 joints"),
-        ('[task.none]\nthreshold_nm = nan', "task.none.threshold_nm.0: should be"),
+        ('[task.none]\nthreshold_nm = inf', "task.none.threshold_nm.0: should be a finite number"),
         ('[task.none]\nthreshold_nm = true', "task.none.threshold_nm: should be a valid list"),
         ('[task.none]\nthreshold_nm = 300', "task.none.threshold_nm: 300 Nm is not below the torque limit"),
         ('[task.none]\nindex = "d"', "task.none.index: should be 'off', 'r', 'd_p' or 'd_e', not 'd'"),
