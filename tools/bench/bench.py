@@ -29,9 +29,12 @@ Counts = dict[str, Any]
 def run_image(target: str, image: Path) -> list[list[str]]:
     """The lines that an image printed, split into words. Raises RuntimeError if it did not end well."""
     command = [str(ROOT / "tools" / "qemu-run"), target, str(image)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S)
+    # QEMU prints what comes by semihosting to stderr.
+    done = subprocess.run(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT_S, check=False
+    )
     if done.returncode != 0:
-        raise RuntimeError(f"{image.name} ended with {done.returncode}: {done.stdout[-300:]}{done.stderr[-300:]}")
+        raise RuntimeError(f"{image.name} ended with {done.returncode}: {done.stdout[-300:]}")
     return [line.split() for line in done.stdout.splitlines() if line.strip()]
 
 

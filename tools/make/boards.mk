@@ -15,8 +15,9 @@ HOME_m7 := cortex_m
 HOME_r5f := versal_r5
 
 # No errno: a square root is an instruction where there is one. Sections: what is not used is not linked.
-CFLAGS_TARGET := $(CFLAGS_ALL) -g -ffreestanding -fno-math-errno -ffunction-sections -fdata-sections -fno-common \
-    -fstack-usage -fcallgraph-info=su -Ifirmware/boards/common
+CFLAGS_TARGET = $(CFLAGS_ALL) -g -ffreestanding -fno-math-errno -ffunction-sections -fdata-sections -fno-common \
+    -Ifirmware/boards/common
+FLAGS_STACK := -fstack-usage -fcallgraph-info=su
 LDFLAGS_TARGET := -nostartfiles -static -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--build-id=sha1 --specs=nano.specs
 
 # The configuration block of a robot, or of an installation's own file.
@@ -38,12 +39,61 @@ define OBJECT_RULES
 $(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
-	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $(FLAGS_$(2)) $(OPT) $$(call warnings_for,$$<) $$(FLAGS_EXTRA) -c -o $$@ $$<
+	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) $(OPT) $$(call warnings_for,$$<) -c -o $$@ $$<
 
 $(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $$(@D)
 	@$(CROSS)gcc $(CPU_$(1)) -g -MMD -MP -c -o $$@ $$<
 endef
 $(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call OBJECT_RULES,$(target),$(numeric)))))
+
+# make firmware BOARD=versal_r5 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed] [LOCKSTEP=1]
+BOARD ?= versal_r5
+NUMERIC ?= float
+BOARDS := versal_r5 stm32g4
+TARGET_versal_r5 := r5f
+TARGET_stm32g4 := m4f
+OPT_BOARD := -O2
+COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c) firmware/boards/linux/lockstep.c
+LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
+FLAGS_LOCKSTEP := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP)
+IMAGE = $(BUILD)/firmware/$(BOARD)-$(ROBOT)$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep).elf
+IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)
+IMAGE_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(COMMON_SOURCES) \
+    $(filter-out %/counter.c,$(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S))
+IMAGE_BLOCK = $(IMAGE:.elf=.block)
+
+.PHONY: firmware
+firmware: ## build an image: make firmware BOARD=versal_r5|stm32g4 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed]
+	@if [ ! -f firmware/boards/$(BOARD)/$(BOARD).ld ]; then echo "there is no board $(BOARD): $(BOARDS)" >&2; exit 2; fi
+	@$(MAKE) -j $(JOBS) $(IMAGE)
+	@$(CROSS)size $(IMAGE)
+
+$(IMAGE_BLOCK): $(VENV_STAMP) dbc/tauperp.dbc FORCE
+	@mkdir -p $(@D)
+	@$(TAUPERP) config $(CONFIG) --robot $(ROBOT) --numeric $(BLOCK_NUMERIC_$(NUMERIC)) -o $@.new >/dev/null
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+.PHONY: FORCE
+
+$(IMAGE_OBJECTS)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
+	@mkdir -p $(@D)
+	@echo 'cc $< ($(BOARD), $(NUMERIC))'
+	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) $(FLAGS_LOCKSTEP) $(OPT_BOARD) $(call warnings_for,$<) -c -o $@ $<
+
+$(IMAGE_OBJECTS)/%.o: %.S tools/make/boards.mk
+	@mkdir -p $(@D)
+	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) -g -MMD -MP -c -o $@ $<
+
+IMAGE_LINKED = $(addprefix $(IMAGE_OBJECTS)/,$(addsuffix .o,$(basename $(IMAGE_SOURCES))))
+
+$(IMAGE): $(IMAGE_LINKED) $(IMAGE_BLOCK) firmware/boards/common/config.S firmware/boards/common/identity.c firmware/boards/$(BOARD)/$(BOARD).ld $(BUILD)/build_id.h
+	@mkdir -p $(@D)
+	@echo 'ld $@'
+	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(FLAGS_$(NUMERIC)) $(OPT_BOARD) $(STRICT) \
+	    -include $(BUILD)/build_id.h -DTAUPERP_BOARD='"$(BOARD)"' -DTAUPERP_CONFIG_CRC=0x$$(od -An -tx4 -j12 -N4 $(IMAGE_BLOCK) | tr -d ' ')u \
+	    -DCONFIG_BLOCK='"$(IMAGE_BLOCK)"' $(LDFLAGS_TARGET) -T firmware/boards/$(BOARD)/$(BOARD).ld -o $@ \
+	    firmware/boards/common/config.S firmware/boards/common/identity.c $(IMAGE_LINKED) $(LIBRARIES)
+
+-include $(IMAGE_LINKED:.o=.d)
 
 include tools/bench/bench.mk

@@ -1,0 +1,25 @@
+/* identity: which firmware, build and configuration an image is; in section .tauperp_version, which
+ * `tauperp version ELF` prints. Little-endian; fields are only ever appended, and `format` counts up with them. */
+#ifndef TAUPERP_IDENTITY_H
+#define TAUPERP_IDENTITY_H
+
+#include <stdint.h>
+
+#define IDENTITY_FORMAT 1u
+
+typedef struct {
+    char magic[8];       /* "TAUPERP" */
+    uint32_t format;     /* of this record */
+    uint32_t version;    /* major << 16 | minor << 8 | patch */
+    uint32_t build;      /* of the firmware's sources; GuardStatus.BuildId is its upper half */
+    uint32_t config_crc; /* of the configuration block in .tauperp_config */
+    uint32_t wire_crc;   /* of the DBC file */
+    uint32_t numeric;    /* numeric_t */
+    char board[16];
+} identity_t;
+
+extern const identity_t identity;
+
+void identity_log(void);
+
+#endif

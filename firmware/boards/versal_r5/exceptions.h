@@ -1,0 +1,25 @@
+/* exceptions: whatever the processor did not expect ends in a stop that is never left, and in a record that outlives a
+ * reset: the permission pin goes low, nothing more is sent, the watchdog is not served any more. */
+#ifndef TAUPERP_VERSAL_R5_EXCEPTIONS_H
+#define TAUPERP_VERSAL_R5_EXCEPTIONS_H
+
+#include <stdint.h>
+
+typedef enum {
+    FAULT_NONE = 0,
+    FAULT_UNDEFINED_INSTRUCTION = 1,
+    FAULT_SUPERVISOR_CALL = 2,
+    FAULT_PREFETCH_ABORT = 3,
+    FAULT_DATA_ABORT = 4,
+    FAULT_INTERRUPT = 5, /* none is enabled */
+    FAULT_FAST_INTERRUPT = 6,
+    FAULT_COUNT = 7
+} fault_kind_t;
+
+/* Called by the vectors, on a stack of its own. `return_address` is the banked link register. */
+_Noreturn void fault_stop(fault_kind_t kind, uint32_t return_address, uint32_t saved_status);
+
+/* Tells the log about a fault recorded before this start, once. */
+void fault_log_recorded(void);
+
+#endif

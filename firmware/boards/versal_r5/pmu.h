@@ -1,0 +1,13 @@
+/* pmu: the cycle counter of the Cortex-R5F (PMCCNTR), which counts at the processor's clock; under QEMU's -icount
+ * shift=0 an instruction is a cycle. */
+#ifndef TAUPERP_VERSAL_R5_PMU_H
+#define TAUPERP_VERSAL_R5_PMU_H
+
+#include <stdint.h>
+
+#define PMU_CYCLES_PER_US 1000u /* QEMU's R5F runs at 1 GHz; on silicon the RPU clock that the boot image sets */
+
+void pmu_init(void);
+uint32_t pmu_cycles(void);
+
+#endif
