@@ -14,7 +14,7 @@ test: ## every test this machine can run; ends with "N passed, N failed"
 run_pytest = $(3) $(VENV)/bin/python -m pytest -q --junitxml=$(BUILD)/results/$(1).xml $(2)
 skip = mkdir -p $(BUILD)/results && echo "skipped $(2)" >$(BUILD)/results/$(1)
 
-host-test: library venv ## tests of the host package, and of the firmware through it (pytest)
+host-test: library library-fixed venv ## tests of the host package, and of the firmware through it (pytest)
 	@if [ -z "$(wildcard tests/host/test_*.py)" ]; then $(call skip,$@,there are no tests in tests/host); \
 	    else $(call run_pytest,$@,-n $(JOBS) tests/host); fi
 
