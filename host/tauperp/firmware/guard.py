@@ -136,7 +136,7 @@ class Guard:
             return
         frame = self._frame
         frame.id = message.arbitration_id
-        frame.length = len(message.data)
+        frame.length = message.dlc  # which a remote frame has without data
         frame.flags = (
             (_FD if message.is_fd else 0)
             | (_BRS if message.bitrate_switch else 0)
