@@ -1,0 +1,114 @@
+"""Scenario files: what a new user gets wrong is one line with the file, the place and what is wanted instead."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauperp.cli import main
+from tauperp.errors import InputError
+from tauperp.scenario import Scenario, load_scenario, shipped
+
+GOOD = """
+robot = "ku_dex"
+config = "paper"
+[point.A]
+offset_m = [0.0, 0.1, 0.0]
+[[phase]]
+task = "payload"
+payload = { mass_kg = 1.5 }
+do = [{ wait_s = 0.1 }, { move = "A" }]
+[[phase.strike]]
+step = 2
+link = 4
+direction = [0.0, 1.0, 0.0]
+"""
+
+MISTAKES = {
+    "an unknown key": ('config = "paper"', 'config = "paper"\nsped = 3', "sped: unknown key (did you mean 'seed'?)"),
+    "an unknown key deep down": ("link = 4", "link = 4\nforce = 3", "phase.0.strike.0.force: unknown key"),
+    "a negative mass": ("mass_kg = 1.5", "mass_kg = -1", "phase.0.payload.mass_kg: should be greater than 0, not -1"),
+    "a number in quotes": ("mass_kg = 1.5", 'mass_kg = "1"', "phase.0.payload.mass_kg: should be a valid number"),
+    "a point that is not there": ('move = "A"', 'move = "B"', "phase.0.do.1.move: there is no point 'B' (there are A)"),
+    "two things at once": ('move = "A"', 'move = "A", wait_s = 1.0', "phase.0.do.1: must have exactly one of"),
+    "a link that is not there": ("link = 4", "link = 8", "phase.0.strike.0.link: ku_dex has 7 links, not 8"),
+    "a step that is not there": ("step = 2", "step = 3", "phase.0.strike.0.step: the phase has 2 steps, not 3"),
+    "a direction without length": (
+        "[0.0, 1.0, 0.0]",
+        "[0.0, 0.0, 0.0]",
+        "phase.0.strike.0.direction: must have a length",
+    ),
+    "an unknown task": ('task = "payload"', 'task = "lift"', "phase.0.task: should be 'none', 'payload' or"),
+    "an unknown robot": ('robot = "ku_dex"', 'robot = "r2d2"', "r2d2"),
+    "an unknown preset": ('config = "paper"', 'config = "papr"', "papr"),
+    "a guard's key that is none": ('config = "paper"', 'config = "paper"\nguard = { tsk = 1 }', "tsk: unknown key"),
+    "a point in two ways": ("offset_m =", "joints_rad = [0.0]\noffset_m =", "point.A: must have either offset_m or"),
+    "too few joints": ("offset_m = [0.0, 0.1, 0.0]", "joints_rad = [0.0]", "point.A.joints_rad: 1 values for 7 joints"),
+    "no phase": (GOOD, 'robot = "ku_dex"', "phase: is missing"),
+    "not TOML": ('robot = "ku_dex"', "robot = ku_dex", "not TOML"),
+}
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "cell.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_good_file_is_what_it_says(tmp_path: Path) -> None:
+    scenario = load_scenario(written(tmp_path, GOOD))
+    (phase,) = scenario.phases
+    assert phase.payload is not None
+    assert (phase.task, phase.payload.mass_kg) == (2, 1.5)
+    ((step, after_s, strike),) = phase.strikes
+    assert (step, after_s, strike.link) == (1, 0.0, 4)
+    assert scenario.configuration.settings.observer.gain_per_s == 50.0
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_one_line_with_its_place(tmp_path: Path, mistake: str, capsys: pytest.CaptureFixture[str]) -> None:
+    good, bad, message = MISTAKES[mistake]
+    assert good in GOOD
+    path = written(tmp_path, GOOD.replace(good, bad))
+    with pytest.raises(InputError) as caught:
+        load_scenario(path)
+    assert message in str(caught.value)
+    assert main(["run", str(path), "--record", str(tmp_path / "bus.log")]) == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.count("\n") == 1
+    assert [one.name for one in tmp_path.iterdir()] == ["cell.toml"]
+
+
+def test_a_missing_file_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="No such file"):
+        load_scenario(tmp_path / "none.toml")
+
+
+def test_the_shipped_scenarios_hold_for_every_shipped_arm() -> None:
+    for name in ("payload", "contact"):
+        for robot in ("ku_dex", "panda", "iiwa7", "kinova3"):
+            assert isinstance(load_scenario(shipped(name), robot=robot), Scenario)
+    with pytest.raises(InputError, match="there are contact, payload"):
+        shipped("juggling")
+
+
+def test_what_the_caller_says_wins() -> None:
+    scenario = load_scenario(shipped("payload"), seed=3, rate_hz=500, mass_kg=3.0)
+    assert scenario.seed == 3
+    settings = scenario.configuration.settings
+    assert (settings.wire.rate_hz, settings.wire.format) == (500, "classic")
+    masses = [0.0 if phase.payload is None else phase.payload.mass_kg for phase in scenario.phases]
+    assert masses == [0.0, 1.5, 3.0]
+
+
+def test_a_configuration_beside_the_scenario_is_found(tmp_path: Path) -> None:
+    (tmp_path / "guard.toml").write_text('preset = "paper"\n[task.payload]\nindex = "d_p"\nthreshold_nm = 1.25\n')
+    scenario = load_scenario(written(tmp_path, GOOD.replace('"paper"', '"guard.toml"')))
+    assert np.allclose(scenario.configuration.threshold_nm("payload"), 1.25)
+
+
+def test_a_task_that_is_off_for_this_arm_is_refused(tmp_path: Path) -> None:
+    text = GOOD + '[guard.task.payload]\nindex = "off"\n'
+    with pytest.raises(InputError, match=r"phase\.0\.task: 'payload' is off"):
+        load_scenario(written(tmp_path, text))
