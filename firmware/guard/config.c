@@ -48,7 +48,8 @@ static bool observer_holds(const observer_config_t *observer) {
     bool holds =
         (observer->torque_sample == (uint32_t)TORQUE_INTERVAL) || (observer->torque_sample == (uint32_t)TORQUE_INSTANT);
     for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
-        const num_t sum = observer->decay[g] + observer->gain[g];
+        uint32_t saturations = 0;
+        const num_t sum = num_add(observer->decay[g], observer->gain[g], &saturations);
         holds = holds && (observer->decay[g] > NUM(0)) && (observer->gain[g] > NUM(0)) && (sum > NUM(0.99999)) &&
                 (sum < NUM(1.00001)) && (observer->momentum_gain[g] > NUM(0)) && num_finite(observer->momentum_gain[g]);
     }

@@ -143,10 +143,12 @@ static void test_an_unknown_stop_category_is_refused(void) {
 
 static void test_numbers_that_are_none_are_refused(void) {
 #ifdef TAUPERP_FIXED
-    TEST_IGNORE_MESSAGE("a fixed-point number always is one");
+    const num_t nan = INT32_MIN; /* every pattern is a number there; this one has no opposite */
+    const num_t infinity = INT32_MIN;
 #else
     const float nan = 0.0f / 0.0f;
     const float infinity = 1.0f / 0.0f;
+#endif
     config.task[TASK_NONE].threshold_nm[1] = infinity; /* would never trip */
     assert_status(GUARD_BAD_TASK);
     config.task[TASK_NONE].threshold_nm[1] = nan;
@@ -157,7 +159,6 @@ static void test_numbers_that_are_none_are_refused(void) {
     assert_status(GUARD_BAD_OBSERVER);
     config.subspace.tolerance = infinity; /* nothing would count as explained */
     assert_status(GUARD_BAD_SUBSPACE);
-#endif
 }
 
 static void test_the_watch_sees_a_change_within_one_round(void) {
