@@ -26,3 +26,14 @@ endef
 $(eval $(call LINUX_RULES,float,-O2,$(BUILD)))
 $(eval $(call LINUX_RULES,fixed,-O2 $(FLAGS_fixed),$(BUILD)/fixed))
 $(eval $(call LINUX_RULES,sanitized,$(SANITIZE),$(BUILD)/sanitized))
+
+# The robot's side of the bus: tests/bus/peer.c.
+PEER_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,tests/bus/peer.c firmware/boards/linux/clock.c \
+    firmware/boards/linux/histogram.c $(wildcard firmware/wire/*.c))
+$(BUILD)/object/linux-float/tests/bus/%.o: CFLAGS_ALL += -Ifirmware/boards/linux
+$(BUILD)/bus-peer: $(PEER_OBJECTS)
+	@$(CC) -O2 -o $@.new $^
+	@mv $@.new $@
+-include $(BUILD)/object/linux-float/tests/bus/peer.d
+
+bus-test: guard guard-sanitized $(BUILD)/bus-peer

@@ -22,16 +22,16 @@ static const char HELP[] = "usage: " PROGRAM " --channel CAN --robot NAME --conf
                            "  --channel CAN    network interface: can0, vcan0, ...\n"
                            "  --robot NAME     the robot on that bus; must be the one of the block\n"
                            "  --config FILE    configuration block, made by 'tauperp config TOML -o FILE'\n"
-                           "  --lockstep       guard time is bus time: every Sync is one period later than the\n"
-                           "                   one before, however long it took (for simulated robots)\n"
-                           "  --priority N     SCHED_FIFO priority, 1 to 99, or 0 for none (default 50,\n"
-                           "                   in lockstep 0)\n"
+                           "  --lockstep       guard time is bus time: every Sync is one period later than\n"
+                           "                   the one before, however long it took (for simulated robots)\n"
+                           "  --priority N     SCHED_FIFO priority, 1 to 99, or 0 for none (default 50, in\n"
+                           "                   lockstep 0)\n"
                            "  --verbose        also a line of counters every second\n"
                            "  --json           one JSON object a line instead of text\n"
                            "  --version        print the version\n"
                            "  --help           print this\n"
                            "\n"
-                           "Exit code: 0 ended by a signal, 1 cannot go on, 2 bad input (one line on stderr).\n";
+                           "Exit code: 0 ended by a signal, 1 cannot go on, 2 bad input (a line on stderr).\n";
 
 void complain(const char *format, ...) {
     va_list arguments;

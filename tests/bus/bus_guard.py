@@ -1,0 +1,93 @@
+"""The guard's process under test: started, listened to by its JSON lines, ended."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+RELEASE = ROOT / "build" / "tauperp-guard"
+SANITIZED = ROOT / "build" / "sanitized" / "tauperp-guard"
+PEER = ROOT / "build" / "bus-peer"
+TIMEOUT_S = 20.0
+
+Event = dict[str, Any]
+
+
+class GuardProcess:
+    """`tauperp-guard --json`, its lines in a file so that it never waits for us. A context manager that ends it."""
+
+    def __init__(self, folder: Path, *options: str, channel: str = "vcan0", program: Path = SANITIZED) -> None:
+        self._path = folder / f"guard-{time.monotonic_ns()}.jsonl"
+        command = [str(program), "--channel", channel, "--json", *options]
+        # No leak check: the program has no heap, and looking for leaks needs ptrace. No core of 16 TB either.
+        environment = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0:disable_coredump=1"}
+        with open(self._path, "wb") as out:
+            self.process = subprocess.Popen(command, stdout=out, stderr=subprocess.PIPE, env=environment)
+
+    def __enter__(self) -> "GuardProcess":
+        self.wait_for(lambda event: event["event"] == "start", "its start")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGCONT)
+            self.process.terminate()
+            try:
+                self.process.wait(TIMEOUT_S)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+
+    def events(self) -> list[Event]:
+        """Every whole line so far."""
+        return [json.loads(line) for line in self._path.read_text().splitlines(keepends=True) if line.endswith("\n")]
+
+    def wait_for(self, wanted: Callable[[Event], bool], what: str, timeout_s: float = TIMEOUT_S) -> Event:
+        """The first line that is wanted, in the past or to come."""
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end:
+            for event in self.events():
+                if wanted(event):
+                    return event
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.02)
+        raise AssertionError(f"the guard did not tell {what}: {self.events()} {self._errors()}")
+
+    def wait_for_state(self, state: str, reason: str | None = None, after: int = 0) -> Event:
+        """After so many lines of any kind."""
+        end = time.monotonic() + TIMEOUT_S
+        while time.monotonic() < end:
+            for event in self.events()[after:]:
+                if event["event"] == "state" and event["state"] == state and reason in (None, event["reason"]):
+                    return event
+            time.sleep(0.02)
+        raise AssertionError(f"the guard did not get to {state} {reason}: {self.events()[after:]}")
+
+    def wait_for_bus(self, what: str) -> Event:
+        return self.wait_for(lambda event: event["event"] == "bus" and event["what"] == what, what)
+
+    def end(self, number: signal.Signals = signal.SIGTERM) -> Event:
+        """Its last line. Fails unless it ends by itself, with 0 and without a word on stderr."""
+        self.process.send_signal(number)
+        code = self.process.wait(TIMEOUT_S)
+        errors = self._errors()
+        assert (code, errors) == (0, ""), errors
+        last = self.events()[-1]
+        assert last["event"] == "end"
+        return last
+
+    def _errors(self) -> str:
+        if self.process.poll() is None or self.process.stderr is None or self.process.stderr.closed:
+            return ""
+        return self.process.stderr.read().decode()
+
+
+def run_guard(*arguments: str, program: Path = RELEASE) -> "subprocess.CompletedProcess[str]":
+    """For what ends by itself: help and bad input."""
+    return subprocess.run([str(program), *arguments], capture_output=True, text=True, timeout=TIMEOUT_S)

@@ -1,0 +1,103 @@
+"""A robot that stands still, and obeys: its frames cycle by cycle, and what it may do after each."""
+
+import time
+from collections.abc import Callable, Sequence
+
+import can
+import numpy as np
+
+from tauperp.config import Configuration
+from tauperp.firmware import Core
+from tauperp.wire import Receiver, Sender, Wire
+
+POSE_RAD = np.array([0.2, 0.5, -0.3, 0.9, 0.1, 0.6, 0.0])
+STOP_COMMAND, STATUS, INDEX = 0x010, 0x200, 0x201
+ANSWER_TIMEOUT_S = 3.0
+
+Fault = Callable[[int, list[can.Message]], Sequence[can.Message]]  # cycle, its frames -> what gets to the bus
+
+
+def open_channel(channel: str) -> can.BusABC:
+    return can.Bus(interface="socketcan", channel=channel, fd=True)
+
+
+def copy_of(frame: can.Message, *, id: int | None = None, data: bytes | None = None) -> can.Message:
+    """The frame as another id or with other bytes."""
+    return can.Message(
+        arbitration_id=frame.arbitration_id if id is None else id,
+        is_extended_id=False,
+        data=frame.data if data is None else data,
+        is_fd=frame.is_fd,
+        bitrate_switch=frame.bitrate_switch,
+    )
+
+
+class Robot:
+    """Stands at POSE_RAD with exactly the torque that holds it, so that every index is about zero."""
+
+    def __init__(self, configuration: Configuration, wire: Wire, bus: can.BusABC, fault: Fault | None = None) -> None:
+        self.n = configuration.robot.n
+        self.task = 1
+        self.cycle = 0
+        self.torque_nm = Core(configuration.robot, config=configuration).terms(POSE_RAD, 0 * POSE_RAD).gravity
+        self.answer: dict[str, float] | None = None  # the newest StopCommand that passed its check
+        self.permitted = False
+        self.log: list[bool] = []  # permitted, by cycle
+        self.bus = bus
+        self.fault = fault
+        self.sender = Sender(wire, fd=configuration.settings.wire.format == "fd")
+        self._receiver = Receiver(wire)
+
+    def frames(self) -> list[can.Message]:
+        """Of the cycle under way, in the order of the bus."""
+        cycle = self.cycle
+        task = {"Task": self.task, "AccelX": 0.0, "AccelY": 0.0, "AccelZ": 0.0}
+        frames = [
+            self.sender.frame("Sync", {"Cycle": cycle & 0xFFFF}, cycle=cycle),
+            self.sender.frame("TaskCommand", task, cycle=cycle),
+        ]
+        for joint in range(self.n):
+            signals = {"SensorStatus": 0, "Position": POSE_RAD[joint], "Velocity": 0.0, "Torque": self.torque_nm[joint]}
+            frames.append(self.sender.frame(f"JointState{joint + 1}", signals, cycle=cycle))
+        return frames
+
+    def step(self, *, wait: bool = True) -> bool:
+        """One cycle: send, and hear whether motion is permitted until the next. Without `wait`, hear what is there."""
+        frames = self.frames()
+        for frame in frames if self.fault is None else self.fault(self.cycle, frames):
+            self.bus.send(frame)
+        self._hear(ANSWER_TIMEOUT_S if wait else 0.0)
+        self.log.append(self.permitted)
+        self.cycle += 1
+        return self.permitted
+
+    def steps(self, count: int) -> list[bool]:
+        return [self.step() for _ in range(count)]
+
+    def live(self, seconds: float, period_s: float) -> None:
+        """Cycles by the clock."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            begin = time.monotonic()
+            self.step(wait=False)
+            time.sleep(max(0.0, period_s - (time.monotonic() - begin)))
+
+    def ask_for_reset(self, request: int, trip: int) -> None:
+        self.bus.send(self.sender.frame("GuardReset", {"Request": request, "TripNumber": trip}))
+
+    def _hear(self, timeout_s: float) -> None:
+        """Permission holds for one cycle, and only by a good answer to that cycle."""
+        self.permitted = False
+        while (frame := self.bus.recv(timeout_s)) is not None:
+            received = self._receiver.receive(frame)
+            if received is None or received.message.name != "StopCommand" or not received.status.accepted:
+                continue
+            if received.invalid:
+                continue
+            self.answer = received.signals
+            answered = received.signals["Cycle"] == self.cycle & 0xF
+            self.permitted = answered and (
+                (received.signals["Permission"], received.signals["PermissionInverted"]) == (1, 14)
+            )
+            if answered and timeout_s > 0:
+                break

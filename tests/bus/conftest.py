@@ -1,0 +1,114 @@
+"""What the bus tests share. They need vcan0: `make bus-test`, or tools/vcan in front of pytest."""
+
+import subprocess
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import bus_guard
+import bus_robot
+import can
+import numpy as np
+import pytest
+
+from tauperp.config import Configuration, Numeric, load_configuration
+from tauperp.config.block import CRC_END, block_dtype
+from tauperp.wire import Wire
+
+CALM = {  # us, for tests by the clock: a hiccup of a loaded machine, User-Mode Linux above all, is no late tick there
+    "period_us": 200_000,
+    "sync_deadline_us": 800_000,
+    "joint_deadline_us": 800_000,
+    "task_deadline_us": 1_600_000,
+    "tick_deadline_us": 3_000_000,
+    "tick_budget_us": 1_000_000,
+    "reset_healthy_us": 200_000,
+}
+
+
+class CalmConfiguration(Configuration):
+    """Slower than a configuration may be; the observer's constants stay, which a robot at rest never meets."""
+
+    def block(self, numeric: Numeric = "float32") -> bytes:
+        block = np.frombuffer(super().block(numeric), block_dtype(numeric)).copy()
+        for field, value in CALM.items():
+            block[field] = value
+        block["crc"] = zlib.crc32(block.tobytes()[CRC_END:])
+        return block.tobytes()
+
+
+def pytest_sessionstart() -> None:
+    if not Path("/sys/class/net/vcan0").exists():
+        pytest.exit("tests/bus: there is no vcan0 here; run them by `make bus-test`", returncode=3)
+
+
+def run(*command: str) -> str:
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=20).stdout
+
+
+@pytest.fixture(scope="session")
+def wire() -> Wire:
+    return Wire.read()
+
+
+@pytest.fixture(scope="session")
+def in_uml() -> bool:
+    return "User Mode Linux" in Path("/proc/cpuinfo").read_text()
+
+
+@pytest.fixture(autouse=True)
+def vcan0() -> Iterator[None]:
+    """As every test finds it, whatever the one before did to it."""
+    subprocess.run(["ip", "link", "add", "vcan0", "type", "vcan"], capture_output=True)
+    subprocess.run(["tc", "qdisc", "del", "dev", "vcan0", "root"], capture_output=True)
+    run("ip", "link", "set", "vcan0", "down")
+    run("ip", "link", "set", "vcan0", "mtu", "72", "up")
+    yield
+    subprocess.run(["cangw", "-F"], capture_output=True)
+
+
+@pytest.fixture
+def vcan1() -> Iterator[str]:
+    """A second bus: the robot's side of whatever stands between it and the guard."""
+    run("ip", "link", "add", "vcan1", "type", "vcan")
+    run("ip", "link", "set", "vcan1", "mtu", "72", "up")
+    yield "vcan1"
+    run("ip", "link", "del", "vcan1")
+
+
+@pytest.fixture(scope="session")
+def configuration() -> Configuration:
+    return load_configuration("default", robot="ku_dex")
+
+
+@pytest.fixture(scope="session")
+def calm() -> Configuration:
+    base = load_configuration("default", robot="ku_dex")
+    return CalmConfiguration(base.settings, base.robot, base.wire, base.source)
+
+
+Start = Callable[..., bus_guard.GuardProcess]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    """start(configuration, *options): a running guard; ended with the test."""
+    running: list[bus_guard.GuardProcess] = []
+
+    def start(configuration: Configuration, *options: str, **more: Any) -> bus_guard.GuardProcess:
+        block = tmp_path / f"block-{len(running)}.bin"
+        block.write_bytes(configuration.block())
+        robot = ["--robot", configuration.robot.name, "--config", str(block)]
+        running.append(bus_guard.GuardProcess(tmp_path, *robot, *options, **more))
+        return running[-1].__enter__()
+
+    yield start
+    for process in running:
+        process.__exit__()
+
+
+@pytest.fixture
+def bus() -> Iterator[can.BusABC]:
+    with bus_robot.open_channel("vcan0") as bus:
+        yield bus
