@@ -7,6 +7,7 @@ index reach at any other time are the free peaks. Nothing else is left out, neit
 nor stopping, retreating and coming back.
 """
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any
 import can
 import numpy as np
 
-from tauperp.bus import DEFAULT_CHANNEL, DEFAULT_INTERFACE, open_bus
+from tauperp.bus import DEFAULT_CHANNEL
 from tauperp.config import TASKS
 from tauperp.firmware import Guard, Reason
 from tauperp.provenance import provenance
@@ -65,38 +66,33 @@ def run_experiment(
 def run_scenario(
     scenario: Scenario,
     *,
-    interface: str | None = None,
-    channel: str | None = None,
+    bus: Callable[[], can.BusABC] | None = None,
     listener: Callable[[can.Message], None] | None = None,
     progress: Progress | None = None,
 ) -> Outcome:
-    """Robot and library guard in lockstep on one bus, python-can's virtual one unless another is named.
+    """Robot and library guard in lockstep on one bus.
 
-    `listener` gets every frame, in the order of the bus, stamped with simulated time. Raises InputError for a bus that
-    cannot be opened, a block that the firmware refuses, or a move that the arm cannot do.
+    `bus` opens one node's connection to it; by default a virtual bus of this process. `listener` gets every frame, in
+    the order of the bus, stamped with simulated time. Raises InputError for a bus that cannot be opened, a block that
+    the firmware refuses, or a move that the arm cannot do.
     """
     configuration = scenario.configuration
     guard = Guard(configuration.block())
-    fd = configuration.settings.wire.format == "fd"
-    with (
-        _open(interface, channel, fd) as robot_bus,
-        _open(interface, channel, fd) as guard_bus,
-        _open(interface, channel, fd) as ear,
-    ):
+    connect = bus or (lambda: LockstepBus(DEFAULT_CHANNEL))
+    with connect() as robot_bus, connect() as guard_bus, connect() as ear:
+        digest, count = hashlib.sha256(), 0
 
         def listen() -> None:
+            nonlocal count
             while (frame := ear.recv(timeout=0.0)) is not None:
+                digest.update(frame.arbitration_id.to_bytes(4, "little") + frame.data)
+                count += 1
                 if listener is not None:
                     listener(frame)
 
         trace = Lockstep(scenario, robot_bus, GuardNode(guard_bus, guard)).run(progress, listen)
-    return Outcome(scenario, trace, judge(scenario, trace, guard))
-
-
-def _open(interface: str | None, channel: str | None, fd: bool) -> can.BusABC:
-    if interface in (None, DEFAULT_INTERFACE):
-        return LockstepBus(DEFAULT_CHANNEL if channel is None else channel)
-    return open_bus(interface=interface, channel=channel, fd=fd)
+    report = judge(scenario, trace, guard)
+    return Outcome(scenario, trace, {**report, "frames": count, "frames_sha256": digest.hexdigest()})
 
 
 def judge(scenario: Scenario, trace: Trace, guard: Guard) -> dict[str, Any]:

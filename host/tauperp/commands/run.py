@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,10 @@ from typing import Any
 import can
 from can.io import MESSAGE_WRITERS
 
-from tauperp.bus import add_bus_arguments
+from tauperp.bus import add_bus_arguments, open_bus
 from tauperp.errors import InputError
 from tauperp.experiment import run_scenario
-from tauperp.scenario import load_scenario, shipped
+from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.view.summary import print_outcomes, shown_progress
 
 HELP = """Run a scenario, a TOML file or the name of a shipped one, in lockstep against the compiled firmware: robot,
@@ -36,14 +36,19 @@ def run(args: argparse.Namespace) -> int:
     path = args.scenario if Path(args.scenario).suffix == ".toml" else shipped(args.scenario)
     scenario = load_scenario(path, robot=args.robot, seed=args.seed)
     with _recorder(args.record) as listener, shown_progress(Path(path).stem) as progress:
-        outcome = run_scenario(
-            scenario, interface=args.interface, channel=args.channel, listener=listener, progress=progress
-        )
+        outcome = run_scenario(scenario, bus=_named_bus(args, scenario), listener=listener, progress=progress)
     if args.json:
         print(json.dumps(outcome.report, indent=2))
     else:
         print_outcomes([outcome], args.record)
     return 0 if outcome.passed else 1
+
+
+def _named_bus(args: argparse.Namespace, scenario: Scenario) -> Callable[[], can.BusABC] | None:
+    """How to open the bus that the command line names; None if it names none."""
+    if not {"interface", "channel"} & vars(args).keys():
+        return None
+    return lambda: open_bus(args, fd=scenario.configuration.settings.wire.format == "fd")
 
 
 @contextmanager

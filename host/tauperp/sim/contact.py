@@ -24,7 +24,7 @@ TISSUE_DAMPING = 0.4  # damping ratio of the part's mass on its tissue
 AIM_RAD_S = 25.0  # bandwidth at which the arm behind the part takes back a sideways error
 SPEED_RATE_PER_S = 800.0  # and at which it takes back an error of speed, within its force
 STANDOFF_M = 0.12  # free way before the strike
-GIVE_UP_S = 2.0  # a strike that has met nothing by then is withdrawn
+GIVE_UP_S = 2.0  # a strike that has met nothing so long after it should have is withdrawn
 WITHDRAW_M_S = 0.5
 PARK_M = 10.0  # below the base, a metre apart, out of everybody's way
 
@@ -165,7 +165,7 @@ class Hand:
         sideways = offset - ahead * direction
         gain = SPEED_RATE_PER_S * mass
         elapsed = time_s - self._since
-        if self._state is _State.APPROACHING and elapsed > GIVE_UP_S:
+        if self._state is _State.APPROACHING and elapsed > GIVE_UP_S + STANDOFF_M / strike.speed_m_s:
             self._enter(_State.WITHDRAWING, time_s)
         if self._state is _State.PUSHING and elapsed > strike.duration_s:
             self._enter(_State.WITHDRAWING, time_s)

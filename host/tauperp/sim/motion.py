@@ -282,5 +282,6 @@ class Motion:
             self._rest = sample.position.copy()
             self._position_control.reset()
         self._trajectory, self._impedance, self._cycles_left = None, None, 0
+        self._path.clear()  # a retreat goes back to where the job began, not around the corner behind it
         self.job += 1
         self._resume(sample)

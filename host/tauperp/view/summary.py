@@ -1,5 +1,6 @@
 """What the simulating commands show a person: progress while they run, one table at the end."""
 
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -17,21 +18,41 @@ PLAIN_WIDTH = 110  # where the output is no terminal
 
 @contextmanager
 def shown_progress(name: str) -> Iterator[Report]:
-    """A progress bar on standard error, so that standard output stays the result's."""
+    """Progress on standard error, so that standard output stays the result's: a bar, or a line a phase without a
+    terminal. Nothing is shown before the run has begun."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _lines_reporter(name)
+        return
     bar = Progress(
         TextColumn("{task.description:<52}"),
         BarColumn(bar_width=24),
         TextColumn("{task.percentage:>3.0f}%"),
         TimeElapsedColumn(),
-        console=Console(stderr=True),
+        console=console,
     )
-    with bar:
-        task = bar.add_task(name, total=1.0)
+    task = bar.add_task(name, total=1.0)
 
-        def report(share: float, phase: str) -> None:
-            bar.update(task, completed=share, description=f"{name}: {phase}" if phase else name)
+    def report(share: float, phase: str) -> None:
+        bar.start()
+        bar.update(task, completed=share, description=f"{name}: {phase}" if phase else name)
 
+    try:
         yield report
+    finally:
+        bar.stop()
+
+
+def _lines_reporter(name: str) -> Report:
+    said = ""
+
+    def report(share: float, phase: str) -> None:
+        nonlocal said
+        if phase and phase != said:
+            print(f"{name}: {phase}", file=sys.stderr, flush=True)
+        said = phase
+
+    return report
 
 
 def print_outcomes(outcomes: Sequence[Outcome], written: str | None = None) -> None:
