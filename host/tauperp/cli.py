@@ -27,6 +27,7 @@ COMMANDS = {
     "demo": "both experiments of the paper, one table",
     "run": "run any scenario against the firmware",
     "replay": "send a recording of a real robot through the firmware",
+    "monitor": "watch the guard and the robot on a bus, live",
 }
 
 BAD_INPUT = 2

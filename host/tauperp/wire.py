@@ -291,7 +291,7 @@ class Received:
     message: WireMessage
     status: E2EStatus
     lost: int  # frames missing right before this one
-    signals: dict[str, float]  # empty unless the status is accepted
+    signals: dict[str, float]  # empty unless the status is accepted and they were asked for
     invalid: tuple[str, ...]  # the signals out of their DBC range: not to be used
 
 
@@ -302,14 +302,17 @@ class Receiver:
         self.wire = wire
         self._references: dict[int, int] = {}  # last counter, by id
 
-    def receive(self, frame: can.Message) -> Received | None:
-        """Judge one frame; None if it is not of this wire (id, length, extended id, remote or error frame)."""
+    def receive(self, frame: can.Message, *, decode: bool = True) -> Received | None:
+        """Judge one frame; None if it is not of this wire (id, length, extended id, remote or error frame).
+
+        Without `decode` its signals are not looked at: a tenth of the time, for who only counts.
+        """
         message = self.wire.by_id.get(frame.arbitration_id)
         special = frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame
         if message is None or special or len(frame.data) != message.length:
             return None
         status, lost = self._check(message, frame.data)
-        if not status.accepted:
+        if not status.accepted or not decode:
             return Received(message, status, lost, {}, ())
         try:
             signals = message.decode(frame.data)

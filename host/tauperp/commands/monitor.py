@@ -1,0 +1,128 @@
+"""`tauperp monitor`: what is going on between robot and guard, live, for people and for machines."""
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+
+import can
+from rich.console import Console, Group
+from rich.live import Live
+
+from tauperp.bus import BITRATE, DATA_BITRATE, DEFAULT_CHANNEL, DEFAULT_INTERFACE, add_bus_arguments, open_bus
+from tauperp.errors import InputError
+from tauperp.monitor import Monitor, Snapshot, compose, report
+from tauperp.wire import Wire
+
+HELP = """Watch a bus with a guard on it: permission and why not, every joint's torques against its limit, what was
+stopped when, frames that are missing or wrong. It only listens. Ctrl-C ends it. Exit code 0 if at the end a guard was
+heard, 1 if not, 130 after Ctrl-C."""
+
+REDRAW_S = 0.1
+ONCE_S = 1.0
+PLAIN_WIDTH = 100
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds (--once: 1)")
+    parser.add_argument("--once", action="store_true", help="listen, then print one picture, and end")
+    parser.add_argument("--json", action="store_true", help="print a line of JSON a second instead of the picture")
+    parser.add_argument("--every", type=float, default=1.0, metavar="S", help="seconds between lines of JSON (1)")
+    parser.add_argument(
+        "--rate", type=float, metavar="HZ", help="cycles a second to expect (classic frames: 500, CAN FD: 1000)"
+    )
+    add_bus_arguments(parser)
+    parser.set_defaults(interface=None, channel=None, bitrate=None, data_bitrate=None)
+
+
+def run(args: argparse.Namespace) -> int:
+    for name in ("duration", "every", "rate"):
+        value = getattr(args, name)
+        if value is not None and not 0 < value < float("inf"):
+            raise InputError(f"monitor: --{name} {value:g} is not a positive number")
+    duration = args.duration if args.duration is not None else ONCE_S if args.once else float("inf")
+    if not (args.once or args.json or sys.stdout.isatty()):
+        raise InputError("monitor: the live view needs a terminal; use --once or --json")
+    source = f"{args.interface or DEFAULT_INTERFACE} {args.channel or DEFAULT_CHANNEL}"
+    with _open(args) as bus:
+        begin = time.monotonic()
+        monitor = Monitor(
+            Wire.read(),
+            now_s=begin,
+            epoch_s=time.time() - begin,
+            rate_hz=args.rate,
+            bitrate=args.bitrate or BITRATE,
+            data_bitrate=args.data_bitrate or DATA_BITRATE,
+        )
+        try:
+            if args.once:
+                last = listen(bus, monitor, begin, duration, duration, lambda snapshot: None)
+                _print(last, source, as_json=args.json)
+            elif args.json:
+                last = listen(bus, monitor, begin, duration, args.every, _print_line)
+            else:
+                last = _watch(bus, monitor, begin, duration, source)
+        except can.CanError as error:  # the bus went away: unplugged, shut down
+            raise InputError(f"CAN bus {source}: {' '.join(str(error).split())}") from error
+    return 0 if last.heard else 1
+
+
+def _open(args: argparse.Namespace) -> can.BusABC:
+    """For listening. A SocketCAN socket hears CAN FD only if it is asked to, and classic frames all the same."""
+    return open_bus(args, fd=True) if args.interface == "socketcan" else open_bus(args)
+
+
+def listen(
+    bus: can.BusABC,
+    monitor: Monitor,
+    begin_s: float,
+    duration_s: float,
+    every_s: float,
+    show: Callable[[Snapshot], None],
+) -> Snapshot:
+    """Hear everything for `duration_s`, show a snapshot every `every_s`; returns the last one, shown or not."""
+    end_s, next_s = begin_s + duration_s, begin_s + every_s
+    while (now_s := time.monotonic()) < end_s:
+        if now_s >= next_s:
+            show(monitor.snapshot(now_s))
+            next_s = max(next_s + every_s, time.monotonic())
+        frame = bus.recv(timeout=max(0.0, min(next_s, end_s) - now_s))
+        if frame is not None:
+            monitor.hear(frame, time.monotonic())
+    return monitor.snapshot(time.monotonic())
+
+
+def _watch(bus: can.BusABC, monitor: Monitor, begin_s: float, duration_s: float, source: str) -> Snapshot:
+    """The live view, on the terminal's second screen, until time or the user ends it."""
+    console = Console(highlight=False)
+
+    def picture(snapshot: Snapshot) -> Group:
+        width, height = console.size
+        return Group(*compose(snapshot, source, width, height))
+
+    first = picture(monitor.snapshot(begin_s))
+    with Live(first, console=console, screen=True, auto_refresh=False) as live:
+        return listen(
+            bus,
+            monitor,
+            begin_s,
+            duration_s,
+            REDRAW_S,
+            lambda snapshot: live.update(picture(snapshot), refresh=True),
+        )
+
+
+def _print(snapshot: Snapshot, source: str, *, as_json: bool) -> None:
+    if as_json:
+        _print_line(snapshot)
+        return
+    console = Console(highlight=False)
+    width = console.width if console.is_terminal else PLAIN_WIDTH
+    for line in compose(snapshot, source, width):
+        line.rstrip()
+        console.print(line, soft_wrap=True)
+
+
+def _print_line(snapshot: Snapshot) -> None:
+    print(json.dumps(report(snapshot)), flush=True)

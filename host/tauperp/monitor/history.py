@@ -1,0 +1,60 @@
+"""When the permission was lost, why, and for how long."""
+
+import dataclasses
+from collections import deque
+
+from tauperp.monitor.snapshot import SILENT_S, Stop, Verdict
+
+KEPT = 100
+SILENCE = "Silence"
+
+
+class History:
+    """Follows the StopCommands of one guard. A stop begins with
+
+    - a new trip number, even if the trip before it still holds;
+    - a permission that ends without one, as in a guard that was restarted;
+    - silence: no StopCommand for SILENT_S after there had been one.
+    """
+
+    def __init__(self) -> None:
+        self._stops: deque[Stop] = deque(maxlen=KEPT)  # newest first
+        self._last: Verdict | None = None
+        self._heard_s = 0.0
+
+    def note(self, verdict: Verdict, time_s: float) -> None:
+        """A good StopCommand, received at `time_s`."""
+        self.look(time_s)
+        before, self._last, self._heard_s = self._last, verdict, time_s
+        newest = self._stops[0] if self._stops else None
+        if verdict.permitted:
+            if newest is not None and newest.lasted_s is None:
+                self._stops[0] = dataclasses.replace(newest, lasted_s=time_s - newest.time_s)
+            return
+        earlier = before is None
+        tripped = verdict.trip_number != (0 if before is None else before.trip_number) and verdict.trip_number != 0
+        lost = before is not None and before.permitted
+        if not (tripped or lost):
+            return
+        number = verdict.trip_number if tripped else None
+        index = verdict.index_nm if verdict.collided else None
+        self._begin(Stop(time_s, number, verdict.reason, verdict.joint, index, earlier=earlier))
+
+    def look(self, time_s: float) -> None:
+        """Time has passed: is it silence by now?"""
+        newest = self._stops[0] if self._stops else None
+        silent = self._last is not None and time_s - self._heard_s > SILENT_S
+        known = newest is not None and newest.reason == SILENCE and newest.time_s == self._heard_s
+        if silent and not known:
+            self._begin(Stop(self._heard_s, None, SILENCE))
+
+    def stops(self) -> tuple[Stop, ...]:
+        """Newest first."""
+        return tuple(self._stops)
+
+    def _begin(self, stop: Stop) -> None:
+        """One stop may follow another without a permission in between: the older ends where the newer begins."""
+        if self._stops and self._stops[0].lasted_s is None:
+            older = self._stops[0]
+            self._stops[0] = dataclasses.replace(older, lasted_s=stop.time_s - older.time_s)
+        self._stops.appendleft(stop)

@@ -1,0 +1,153 @@
+"""What a monitor knows at one instant, as plain values with their ages."""
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+SILENT_S = 0.2  # no StopCommand for so long is silence to a person; the robot itself waits one cycle
+STALE_S = 0.5  # the guard says everything at least every 64 ms (GuardIndex of 8 joints at 500 Hz)
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True, slots=True)
+class Reading(Generic[Value]):
+    """A value and how long ago it was heard."""
+
+    value: Value
+    age_s: float
+
+    @property
+    def live(self) -> bool:
+        """Young enough to be shown as what is."""
+        return self.age_s <= STALE_S
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """A StopCommand. Reason by its name in the DBC; the index Nm is the tripped joint's, or the cycle's largest."""
+
+    permitted: bool
+    reason: str
+    joint: int  # 1 to 8, 0 none
+    trip_number: int
+    category: str
+    index_nm: float
+
+    @property
+    def collided(self) -> bool:
+        """Whether the index is that of a trip."""
+        return not self.permitted and self.reason == "Collision"
+
+
+@dataclass(frozen=True, slots=True)
+class JointIndex:
+    """A GuardIndex, Nm."""
+
+    residual_nm: float
+    index_nm: float
+    threshold_nm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """The permission was withdrawn, or nobody gave it any more (trip number None).
+
+    `time_s` since 1970; `lasted_s` until the permission came back, None while it has not; `earlier`: it was so already
+    when the monitor began to listen.
+    """
+
+    time_s: float
+    trip_number: int | None
+    reason: str
+    joint: int = 0
+    index_nm: float | None = None
+    lasted_s: float | None = None
+    earlier: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Traffic:
+    """One message of the wire as this monitor heard it. The errors are its own, not the guard's."""
+
+    name: str
+    joint: int  # 1 to 8 for JointState1..8, else 0
+    rate_hz: float
+    expected_hz: float | None  # None: an event, or a joint that this robot does not have
+    frames: int
+    crc_errors: int
+    sequence_errors: int  # repeated, backwards or too far ahead
+    lost_frames: int
+    range_errors: int
+
+    @property
+    def missing(self) -> bool:
+        """Clearly fewer than there should be."""
+        return self.expected_hz is not None and self.rate_hz < 0.9 * self.expected_hz
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """Everything at `time_s` (since 1970), after `listened_s`.
+
+    status  the signals of GuardStatus by name, those with a value table as words
+    joints  by number from 1
+    load    share of the bus's time that the heard frames took, with every stuff bit they could have needed
+    """
+
+    time_s: float
+    listened_s: float
+    verdict: Reading[Verdict] | None
+    status: Mapping[str, Reading[float | str]]
+    joints: Mapping[int, Reading[JointIndex]]
+    traffic: tuple[Traffic, ...]
+    stops: tuple[Stop, ...]  # newest first
+    load: float
+    format: str | None  # "classic" or "fd", of the newest frame
+    rate_hz: float  # nominal cycles a second
+    foreign_frames: int  # of no message of this wire
+    format_errors: int  # of one, but of another length or kind
+    error_frames: int  # that the bus itself reported
+
+    @property
+    def heard(self) -> bool:
+        """A guard is on the bus, now."""
+        return self.verdict is not None and self.verdict.age_s <= SILENT_S
+
+    @property
+    def permitted(self) -> bool:
+        """Motion is permitted, now. Silence means stop."""
+        return self.heard and self.verdict is not None and self.verdict.value.permitted
+
+    def total(self, counter: str) -> int:
+        """One of Traffic's counters over all messages."""
+        return sum(getattr(one, counter) for one in self.traffic)
+
+    def live(self, name: str) -> float | str | None:
+        """A signal of GuardStatus, None unless it is fresh."""
+        reading = self.status.get(name)
+        return reading.value if reading is not None and reading.live else None
+
+
+def spoken(name: str) -> str:
+    """A name of the DBC as a person says it: "TickOverBudget" is "tick over budget"."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
+
+
+def report(snapshot: Snapshot) -> dict[str, Any]:
+    """For `--json`. What is not known is null; ages s; a stale value keeps its age and is the reader's to judge."""
+    body = dataclasses.asdict(snapshot)
+    return {"permitted": snapshot.permitted, "heard": snapshot.heard, **_rounded(body)}
+
+
+def _rounded(value: Any) -> Any:
+    """Floats to the microsecond: what a line of JSON needs."""
+    if isinstance(value, float):
+        return round(value, 6)
+    if isinstance(value, dict):
+        return {key: _rounded(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(one) for one in value]
+    return value

@@ -1,0 +1,115 @@
+"""A program in a pseudo-terminal, and what a person would see on its screen."""
+
+import codecs
+import fcntl
+import os
+import pty
+import select
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Callable, Sequence
+
+import pyte
+
+BEYOND = 40
+
+
+class Terminal:
+    """Runs a Python program at `columns` x `rows`; a context manager that leaves nothing running."""
+
+    def __init__(self, arguments: Sequence[str], columns: int, rows: int) -> None:
+        # The real screen is as wide as the program is told; this one shows what it writes beyond that edge.
+        self.screen = pyte.Screen(columns + BEYOND, rows)
+        self._stream = pyte.Stream(self.screen)
+        self._decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
+        self._master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+        environment = os.environ | {"TERM": "xterm-256color", "PYTHONIOENCODING": "utf-8"}
+        for name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR"):
+            environment.pop(name, None)
+        self.program = subprocess.Popen(
+            [sys.executable, *arguments],
+            stdin=slave,
+            stdout=slave,
+            stderr=slave,
+            env=environment,
+            start_new_session=True,
+            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+        )
+        os.close(slave)
+        self.output = ""
+
+    def __enter__(self) -> "Terminal":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.program.poll() is None:
+            self.program.kill()
+        self.program.wait(10)
+        os.close(self._master)
+
+    @property
+    def lines(self) -> list[str]:
+        return [line.rstrip() for line in self.screen.display]
+
+    @property
+    def text(self) -> str:
+        return "\n".join(self.lines)
+
+    def colour(self, words: str) -> str:
+        """Foreground of the first letter of `words` on the screen."""
+        for row, line in enumerate(self.screen.display):
+            column = line.find(words)
+            if column >= 0:
+                return str(self.screen.buffer[row][column].fg)
+        raise AssertionError(f"{words!r} is not on the screen:\n{self.text}")
+
+    def background(self, words: str) -> str:
+        """Background of the same."""
+        row = next(row for row, line in enumerate(self.screen.display) if words in line)
+        return str(self.screen.buffer[row][self.screen.display[row].find(words)].bg)
+
+    def wait_for(self, seen: Callable[[str], bool], timeout_s: float = 20.0) -> str:
+        """The screen once `seen` says yes to its text."""
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end:
+            if self._read(0.1) and seen(self.text):
+                return self.text
+            if self.program.poll() is not None:
+                break
+        raise AssertionError(f"this did not come:\n{self.text}")
+
+    def press_ctrl_c(self) -> int:
+        """As the key does it: the terminal itself sends the signal. Returns the exit code."""
+        os.write(self._master, b"\x03")
+        return self.wait()
+
+    def interrupt(self) -> int:
+        """The same, as another process does it."""
+        self.program.send_signal(signal.SIGINT)
+        return self.wait()
+
+    def wait(self, timeout_s: float = 20.0) -> int:
+        """Read until the program ends; its exit code."""
+        end = time.monotonic() + timeout_s
+        while self.program.poll() is None and time.monotonic() < end:
+            self._read(0.1)
+        while self._read(0.1):
+            pass
+        return self.program.wait(1)
+
+    def _read(self, timeout_s: float) -> bool:
+        if not select.select([self._master], [], [], timeout_s)[0]:
+            return False
+        try:
+            data = os.read(self._master, 65536)
+        except OSError:  # Linux's way to say that nobody has it open any more
+            return False
+        text = self._decoder.decode(data)
+        self.output += text
+        self._stream.feed(text)
+        return bool(data)
