@@ -14,7 +14,7 @@ import argparse
 import importlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from tauperp import __version__
@@ -34,6 +34,7 @@ BAD_INPUT = 2
 INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
 MISSES_READER = 141  # 128 + SIGPIPE
 HELP_COLUMNS = 80
+LONGEST_CHOICES = 40
 
 
 class _Formatter(argparse.HelpFormatter):
@@ -41,6 +42,12 @@ class _Formatter(argparse.HelpFormatter):
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=26, width=HELP_COLUMNS)
+
+    def _metavar_formatter(self, action: argparse.Action, default_metavar: str) -> Callable[[int], tuple[str, ...]]:
+        """An option's name in place of a list of choices that fits no line, as python-can's two dozen interfaces."""
+        if action.metavar is None and action.choices and len(",".join(map(str, action.choices))) > LONGEST_CHOICES:
+            return lambda size: (default_metavar,) * size
+        return super()._metavar_formatter(action, default_metavar)
 
 
 class _Parser(argparse.ArgumentParser):
