@@ -2,17 +2,14 @@
 
 import argparse
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import can
-from can.io import MESSAGE_WRITERS
 
 from tauperp.bus import add_bus_arguments, open_bus
-from tauperp.errors import InputError
 from tauperp.experiment import run_scenario
+from tauperp.replay.recorder import bus_recorder
 from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.view.summary import print_outcomes, shown_progress
 
@@ -26,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of the scenario's")
     parser.add_argument("--seed", type=int, metavar="N", help="of sensors and model errors, instead of the scenario's")
     parser.add_argument(
-        "--record", metavar="FILE", help="write every frame: .blf, .asc, .log, whatever python-can writes"
+        "--record", metavar="FILE", help="new file for every frame: .blf, .asc, .log, whatever python-can writes"
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
     add_bus_arguments(parser)
@@ -35,7 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     path = args.scenario if Path(args.scenario).suffix == ".toml" else shipped(args.scenario)
     scenario = load_scenario(path, robot=args.robot, seed=args.seed)
-    with _recorder(args.record) as listener, shown_progress(Path(path).stem) as progress:
+    fd = scenario.configuration.settings.wire.format == "fd"
+    with bus_recorder(args.record, fd=fd) as listener, shown_progress(Path(path).stem) as progress:
         outcome = run_scenario(scenario, bus=_named_bus(args, scenario), listener=listener, progress=progress)
     if args.json:
         print(json.dumps(outcome.report, indent=2))
@@ -49,24 +47,3 @@ def _named_bus(args: argparse.Namespace, scenario: Scenario) -> Callable[[], can
     if not {"interface", "channel"} & vars(args).keys():
         return None
     return lambda: open_bus(args, fd=scenario.configuration.settings.wire.format == "fd")
-
-
-@contextmanager
-def _recorder(name: str | None) -> Iterator[Any]:
-    """python-can's writer for this file, or None. The file gets its name only once the run is over."""
-    if name is None:
-        yield None
-        return
-    path = Path(name)
-    if path.suffix not in MESSAGE_WRITERS:
-        raise InputError(
-            f"{name}: python-can writes no '{path.suffix}' (it writes {' '.join(sorted(MESSAGE_WRITERS))})"
-        )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.stem}.part{path.suffix}")
-    try:
-        with can.Logger(beside) as logger:
-            yield logger
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)

@@ -1,0 +1,194 @@
+"""Bus logs as python-can reads them (.blf, .asc, candump's .log and others, also with .gz), with damage found.
+
+python-can's readers skip what they do not understand and end quietly where a file does. A log that is evidence must
+not: every frame before the damage comes out, then `LogDamage` says at which byte or line it is.
+"""
+
+import gzip
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any, cast
+
+import can
+from can.io import MESSAGE_READERS
+from can.io.generic import BinaryIOMessageReader, TextIOMessageReader
+
+from tauperp.errors import InputError
+
+_GZIP_SUFFIX = ".gz"
+_MOST_INFLATED = 1032  # bytes that deflate makes of one
+_SMALLEST_FRAME = 48  # bytes of a BLF object that is a frame
+
+# What an .asc file holds besides frames: python-can would pass over any line at all.
+_ASC_OTHER = re.compile(
+    r"$|//|date\s|base\s+(hex|dec)|(no\s+)?internal\s+events|begin\s+trigger\s?block|end\s+trigger\s?block"
+    r"|\d+\.\d+\s+(start of measurement|\d+\s+statistic:|\d+\s+J1939TP|canfd\s+\d+\s+(Rx|Tx)\s+errorframe"
+    r"|\d+\s+errorframe|(can\s+)?\d+\s+status:|log\s+|sv:|gps|tfs:|comment)",
+    re.IGNORECASE,
+)
+_ASC_FRAME = re.compile(
+    r"\d+\.\d+\s+(\d+\s+[0-9a-f]+x?\s+(Rx|Tx)\s+[dr]\b|CANFD\s+\d+\s+(Rx|Tx)\s+[0-9a-f]+x?\s)", re.IGNORECASE
+)
+
+
+class LogDamage(InputError):
+    """The log cannot be read from here on: truncated, corrupt, or not what its name says."""
+
+
+class NoLog(LogDamage):
+    """Nothing of it can be read: another kind of file, or none."""
+
+
+def read_bus_log(path: str | Path) -> Iterator[can.Message]:
+    """Every frame, in the order of the file, with its data as long as it says.
+
+    Raises NoLog before the first frame, LogDamage after the last good one. Memory: one container of the file.
+    """
+    path = Path(path)
+    reader_type = _reader_type(path)
+    try:
+        raw = cast(IO[bytes], gzip.open(path) if path.suffix.lower() == _GZIP_SUFFIX else path.open("rb"))
+    except OSError as error:
+        raise NoLog(f"{path}: {error.strerror}") from error
+    with raw:
+        if issubclass(reader_type, TextIOMessageReader):
+            source: _Lines | _Bytes | Path = _Lines(raw, check=".asc" in path.suffixes)
+        elif issubclass(reader_type, BinaryIOMessageReader):
+            source = _Bytes(raw, path.stat().st_size)
+        else:
+            source = path
+        yield from _frames(path, reader_type, source)
+
+
+def _reader_type(path: Path) -> Any:
+    suffixes = [suffix.lower() for suffix in path.suffixes]
+    suffix = "".join(suffixes[-2:-1] if suffixes[-1:] == [_GZIP_SUFFIX] else suffixes[-1:])
+    try:
+        return MESSAGE_READERS[suffix]
+    except KeyError:
+        known = " ".join(sorted(MESSAGE_READERS))
+        raise NoLog(f"{path}: python-can reads no '{suffix}' (it reads {known}); a table goes with --csv") from None
+
+
+def _frames(path: Path, reader_type: Any, source: "_Lines | _Bytes | Path") -> Iterator[can.Message]:
+    """The reader's frames. Its own errors are of any type: it was not written for files that are broken."""
+    place = source.place if isinstance(source, _Lines | _Bytes) else lambda: "its database"
+    count = 0
+    try:
+        reader = reader_type(source)
+        frames = iter(reader)
+        while True:
+            frame = next(frames, None)
+            if frame is None:
+                break
+            if not (frame.is_error_frame or frame.is_remote_frame) and len(frame.data) != frame.dlc:
+                raise ValueError(f"{len(frame.data)} data bytes where {frame.dlc} are announced")
+            if isinstance(source, _Bytes):
+                source.count_frame()
+            count += 1
+            yield frame
+        if isinstance(source, _Bytes):
+            source.check_end(getattr(reader, "file_size", 0))
+    except GeneratorExit:
+        raise
+    except (ImportError, NotImplementedError) as error:
+        raise NoLog(f"{path}: {' '.join(str(error).split())}") from error
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        if count == 0:
+            raise NoLog(f"{path}: {place()}: not a {path.suffix} log: {reason}") from error
+        raise LogDamage(f"{path}: {place()}, after {count} frames: {reason}") from error
+    if count == 0:
+        raise NoLog(f"{path}: {place()}: holds no frame")
+
+
+class _Lines:
+    """A text file for python-can's readers that knows its line, and for .asc refuses one that is neither frame nor
+    anything else of that format."""
+
+    def __init__(self, raw: IO[bytes], *, check: bool) -> None:
+        self._raw = raw
+        self._check = check
+        self._line = 0
+
+    def place(self) -> str:
+        return f"line {max(self._line, 1)}"
+
+    def __iter__(self) -> "_Lines":
+        return self
+
+    def __next__(self) -> str:
+        self._line += 1
+        data = self._raw.readline()
+        if not data:
+            self._line -= 1
+            raise StopIteration
+        try:
+            line = data.decode("utf-8")
+        except UnicodeDecodeError:
+            raise ValueError("not text") from None
+        if self._check and not (_ASC_OTHER.match(line.strip()) or _ASC_FRAME.match(line.strip())):
+            raise ValueError(f"{line.strip()[:40]!r} is neither a frame nor an event")
+        return line
+
+    def readline(self) -> str:
+        return next(self, "")
+
+    def close(self) -> None:
+        self._raw.close()
+
+    def read(self) -> str:
+        """For python-can this is what makes it a file; its text readers go line by line."""
+        return "".join(self)
+
+
+class _Bytes:
+    """A binary file for python-can's readers that notices where it ends too early, and goes on with what is there: a
+    container that is cut still holds frames."""
+
+    def __init__(self, raw: IO[bytes], size: int) -> None:
+        self._raw = raw
+        self._size = size
+        self._at = 0  # of the last read
+        self._cut: int | None = None
+        self._frames_left = 0
+
+    def place(self) -> str:
+        return f"byte {self._at if self._cut is None else self._cut}"
+
+    def read(self, length: int = -1) -> bytes:
+        if length < 0:
+            raise ValueError("an object of negative size")
+        if self._cut is not None:
+            return b""
+        self._at = self._raw.tell()
+        data = self._raw.read(length)
+        # One that ends where an object begins has ended properly, and padding may be missing there.
+        if 0 < len(data) < length or (not data and length > 3 and self._at != self._size):
+            self._cut = self._at + len(data)
+        self._frames_left = len(data) * _MOST_INFLATED // _SMALLEST_FRAME + 1
+        return data
+
+    def count_frame(self) -> None:
+        """An object of size 0 inside a container is read for ever: more frames than fit are a broken file."""
+        self._frames_left -= 1
+        if self._frames_left < 0:
+            raise ValueError("an object that ends where it begins")
+
+    def check_end(self, announced: int) -> None:
+        """After the last frame. announced: the file's size by its own header; 0 if it does not say."""
+        if self._cut is not None:
+            raise ValueError("the file ends in the middle of an object")
+        if announced > self._size:
+            self._at = self._size
+            raise ValueError(f"the file ends here, its header announces {announced} bytes")
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        return self._raw.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self._raw.tell()
+
+    def close(self) -> None:
+        self._raw.close()
