@@ -155,15 +155,13 @@ static inline num_t num_shift(num_t a, int32_t shift, uint32_t *saturations) {
 }
 
 /* Whether two columns count as orthogonal: the angle that would make them so is below 1e-6, or their inner product is
- * within four steps of the longer one's length, which is what rounding leaves of it; or one of them is shorter than 32
- * steps, so that its direction means nothing. Precondition: the block is scaled by its headroom. */
+ * within four steps of the longer one's length, which is what rounding leaves of it. Precondition: the block is scaled
+ * by its headroom. */
 static inline bool num_orthogonal(num_wide_t first, num_wide_t second, num_wide_t inner, num_wide_t longest) {
     (void)longest;
-    const num_wide_t shorter = (second < first) ? second : first;
     const uint64_t longer = (uint64_t)((second < first) ? first : second);
     const uint64_t size = (uint64_t)((inner < 0) ? -inner : inner);
-    return (shorter <= 1024) || (size <= (longer >> 20)) ||
-           ((size < ((uint64_t)1 << 32)) && ((size * size) <= (16u * longer)));
+    return (size <= (longer >> 20)) || ((size < ((uint64_t)1 << 32)) && ((size * size) <= (16u * longer)));
 }
 
 /* The rotation that makes two columns orthogonal, from their squared lengths, which it updates, and their inner

@@ -307,6 +307,29 @@ static void test_no_change_of_task_makes_a_jump_while_the_payload_is_explained(v
     }
 }
 
+/* Contact, then none, then payload, which does not explain a force across gravity: it appears only as fast as the
+ * observer could have seen it since the contact ended. */
+static void test_what_fades_goes_on_fading_through_further_changes(void) {
+    const double w[6] = {0.0, 25.0, 0.0, 0.0, 0.0, 0.0};
+    wrench(w, torque);
+    for (int k = 0; k < 400; ++k) {
+        tick(INDEX_CONTACT);
+    }
+    double whole[N];
+    index_t other = {0};
+    index_step(&other, &config, INDEX_PAYLOAD, robot, &motion, &observer, acceleration);
+    for (uint32_t i = 0; i < N; ++i) {
+        whole[i] = value_of(other.value[i]);
+    }
+    TEST_ASSERT_TRUE(size_of(other.value) > 1.0);
+    for (int m = 0; m < 100; ++m) {
+        tick((m < 3) ? INDEX_RESIDUAL : INDEX_PAYLOAD);
+        for (uint32_t i = 0; (m >= 3) && (i < N); ++i) {
+            ASSERT_CLOSE(whole[i] * (1.0 - pow(DECAY, m)), value_of(index_state.value[i]), 3e-4);
+        }
+    }
+}
+
 static void test_switching_back_and_forth_each_tick_makes_no_jump(void) {
     const double w[6] = {0.0, 0.0, -24.5, 0.3, -0.2, 0.1};
     const index_kind_t others[] = {INDEX_RESIDUAL, INDEX_CONTACT};
@@ -460,6 +483,7 @@ int main(void) {
     RUN_TEST(test_the_tolerance_is_where_a_direction_stops_being_explained);
     RUN_TEST(test_a_payload_that_stays_when_the_task_says_none_appears_with_the_observers_lag);
     RUN_TEST(test_no_change_of_task_makes_a_jump_while_the_payload_is_explained);
+    RUN_TEST(test_what_fades_goes_on_fading_through_further_changes);
     RUN_TEST(test_switching_back_and_forth_each_tick_makes_no_jump);
     RUN_TEST(test_no_change_of_task_hides_a_collision);
     RUN_TEST(test_after_a_restart_of_the_observer_nothing_fades);
