@@ -10,7 +10,7 @@ from monitor_feed import CONFIG_CRC, MOVING, TRIPPED, Feed, Script
 from tauperp.busload import worst_case_load
 from tauperp.monitor import Monitor, Snapshot, report
 from tauperp.monitor.rates import WINDOW_S, Rates
-from tauperp.monitor.snapshot import SILENT_S, STALE_S, spoken
+from tauperp.monitor.snapshot import SILENT_S, STALE_S, Traffic, spoken
 from tauperp.wire import Sender, Wire
 
 WIRE = Wire.read()
@@ -116,7 +116,7 @@ def test_values_grow_old_one_by_one() -> None:
     assert old.live("State") is None
 
 
-def traffic(snapshot: Snapshot, name: str):  # noqa: ANN201
+def traffic(snapshot: Snapshot, name: str) -> Traffic:
     return next(one for one in snapshot.traffic if one.name == name)
 
 
