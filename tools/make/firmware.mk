@@ -22,7 +22,7 @@ FLAGS_float :=
 FLAGS_fixed := -DTAUPERP_FIXED=1
 DIR_float := $(BUILD)
 DIR_fixed := $(BUILD)/fixed
-NUMERICS ?= float
+NUMERICS ?= float fixed
 
 .PHONY: library library-fixed
 
