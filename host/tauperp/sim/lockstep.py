@@ -14,8 +14,9 @@ from tauperp.sim.contact import Hand, Obstructed
 from tauperp.sim.dynamics import Dynamics
 from tauperp.sim.guard_node import GuardPeer
 from tauperp.sim.guiding import Guidance
+from tauperp.sim.moment import Moment, Watch
 from tauperp.sim.motion import Job, Mode, Motion, Move, Wait, Yield
-from tauperp.sim.node import RobotNode
+from tauperp.sim.node import COLLISION, RobotNode
 from tauperp.sim.posture import home
 from tauperp.sim.sensors import Sensors
 from tauperp.sim.trace import Contact, Stop, Trace, TraceRecorder
@@ -39,6 +40,7 @@ class Lockstep:
         self._guard = guard
         settings, robot = scenario.configuration.settings, scenario.robot
         self._period = scenario.configuration.period_us * 1e-6
+        self._thresholds = {number: scenario.configuration.threshold_nm(name) for name, number in TASKS.items()}
         rng = np.random.default_rng(scenario.seed)
         mass_scale = 1 + scenario.model_error * rng.uniform(-1, 1, robot.n)
         strikes = [
@@ -77,8 +79,16 @@ class Lockstep:
         self._stood_since = 0.0
         self._due: list[tuple[float, Hand]] = []
 
-    def run(self, progress: Progress | None = None, listen: Callable[[], None] | None = None) -> Trace:
-        """All phases, or as far as the time limit lets them. `listen` is called after every cycle, for a recorder."""
+    def run(
+        self,
+        progress: Progress | None = None,
+        listen: Callable[[], None] | None = None,
+        watch: Watch | None = None,
+    ) -> Trace:
+        """All phases, or as far as the time limit lets them.
+
+        `listen` is called after every cycle, for a recorder; `watch` gets to see each, for a viewer.
+        """
         scenario, period_us = self._scenario, self._scenario.configuration.period_us
         recorder = TraceRecorder()
         cycle, finished_at = 0, None
@@ -97,6 +107,8 @@ class Lockstep:
             was_permitted = self._node.permitted
             if listen is not None:
                 listen()
+            if watch is not None:
+                watch(self._moment(time_s))
             cycle += 1
             if self._motion.finished:
                 finished_at = time_s if finished_at is None else finished_at
@@ -104,9 +116,8 @@ class Lockstep:
                     break
         if progress is not None:
             progress(1.0, "")
-        thresholds = {number: scenario.configuration.threshold_nm(name) for name, number in TASKS.items()}
         contacts = tuple(Contact(hand.strike, hand.record) for hand in self._hands)
-        return recorder.trace(thresholds, contacts, finished_at is not None)
+        return recorder.trace(self._thresholds, contacts, finished_at is not None)
 
     def _begin_job(self, time_s: float, progress: Progress | None) -> None:
         """Where a new step begins: grasp, tell the task, and let people come."""
@@ -142,8 +153,7 @@ class Lockstep:
                 hand.withdraw(time_s)
 
     def _note(self, recorder: TraceRecorder, time_s: float, was_permitted: bool) -> None:
-        node, verdict = self._node, self._guard.verdict
-        indexes = (node.residual, node.index) if verdict is None else (verdict.residual, verdict.index)
+        node, indexes = self._node, self._indexes()
         forces = (sum(hand.force_n for hand in self._hands), float(np.linalg.norm(self._guidance.force_n)))
         speed = float(np.linalg.norm(self._arm.tip_velocity()))
         phase = self._steps[max(self._job, 0)][0]
@@ -152,6 +162,25 @@ class Lockstep:
             recorder.stops.append(_stop(node, time_s))
         elif recorder.stops and recorder.stops[-1].standstill_s is None and self._motion.standing:
             recorder.stops[-1] = replace(recorder.stops[-1], standstill_s=time_s)
+
+    def _indexes(self) -> tuple[np.ndarray, np.ndarray]:
+        """r and the index in force, from the guard itself if it can be looked into, else as it last told."""
+        node, verdict = self._node, self._guard.verdict
+        return (node.residual, node.index) if verdict is None else (verdict.residual, verdict.index)
+
+    def _moment(self, time_s: float) -> Moment:
+        command, permitted = self._node.stop_command, self._node.permitted
+        tripped = command is not None and not permitted and command["Reason"] >= COLLISION  # lower ones are no trips
+        return Moment(
+            time_s,
+            self._arm.model,
+            self._arm.data,
+            permitted,
+            int(command["Joint"]) if command is not None and tripped else 0,
+            *self._indexes(),
+            threshold=self._thresholds[self._node.task],
+            contact_n=sum(hand.force_n for hand in self._hands),
+        )
 
     def _place(self) -> str:
         phase, step = self._steps[min(self._motion.job, len(self._steps) - 1)]
