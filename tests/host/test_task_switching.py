@@ -29,7 +29,7 @@ def scenario(folder: Path, phases: list[str], seed: int) -> Scenario:
 
 def phase(number: int, task: str, mass_kg: float, point: str, extra: str = "") -> str:
     payload = f"payload = {{ mass_kg = {mass_kg:.2f}, com_m = [0.0, 0.03, 0.05] }}\n" if mass_kg else ""
-    stay = f'{{{{ move = "{point}" }}}}' if task != "contact" else "{ wait_s = 0.3 }"
+    stay = f'{{ move = "{point}" }}' if task != "contact" else "{ wait_s = 0.3 }"
     return (
         f'[[phase]]\nname = "{number}: {task}"\ntask = "{task}"\n{payload}do = [{{ wait_s = 0.15 }}, {stay}]\n{extra}'
     )
