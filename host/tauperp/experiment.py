@@ -23,6 +23,7 @@ from tauperp.provenance import provenance
 from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.sim.guard_node import GuardNode
 from tauperp.sim.lockstep import Lockstep, Progress
+from tauperp.sim.moment import Watch
 from tauperp.sim.trace import Contact, Stop, Trace
 from tauperp.sim.virtual import LockstepBus
 
@@ -69,12 +70,13 @@ def run_scenario(
     bus: Callable[[], can.BusABC] | None = None,
     listener: Callable[[can.Message], None] | None = None,
     progress: Progress | None = None,
+    watch: Watch | None = None,
 ) -> Outcome:
     """Robot and library guard in lockstep on one bus.
 
     `bus` opens one node's connection to it; by default a virtual bus of this process. `listener` gets every frame, in
-    the order of the bus, stamped with simulated time. Raises InputError for a bus that cannot be opened, a block that
-    the firmware refuses, or a move that the arm cannot do.
+    the order of the bus, stamped with simulated time; `watch` sees every cycle. Raises InputError for a bus that
+    cannot be opened, a block that the firmware refuses, or a move that the arm cannot do.
     """
     configuration = scenario.configuration
     guard = Guard(configuration.block())
@@ -90,7 +92,7 @@ def run_scenario(
                 if listener is not None:
                     listener(frame)
 
-        trace = Lockstep(scenario, robot_bus, GuardNode(guard_bus, guard)).run(progress, listen)
+        trace = Lockstep(scenario, robot_bus, GuardNode(guard_bus, guard)).run(progress, listen, watch)
     report = judge(scenario, trace, guard)
     return Outcome(scenario, trace, {**report, "frames": count, "frames_sha256": digest.hexdigest()})
 

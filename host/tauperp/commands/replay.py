@@ -12,6 +12,7 @@ from tauperp.firmware import load_library
 from tauperp.provenance import provenance, provenance_line
 from tauperp.replay import Playback, Recording, Score, play, read_csv, score
 from tauperp.replay.score import FOUND_GOAL, is_good, median_latency_ms
+from tauperp.view.watching import add_watch_arguments, watching
 
 HELP = f"""Turn recordings of a real arm (CSV: time, q0.., dq0.., tau_J0.., label while touched) into bus frames at
 their own rate, run them through the firmware's guard, and compare its stops with the labels. Draws each recording
@@ -27,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--task", choices=list(TASKS), default="none", help="task that is sent (default: none)")
     parser.add_argument("--out", default="out/replay", metavar="DIR", help="folder of figures and JSON (out/replay)")
     parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
+    add_watch_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -34,7 +36,10 @@ def run(args: argparse.Namespace) -> int:
     configuration = load_configuration(source, robot=args.robot)
     recordings = [read_csv(path, configuration.robot.n) for path in args.csv]
     _check_names(recordings)
-    playbacks = [play(recording, configuration, task=args.task) for recording in recordings]
+    if len(recordings) > 1 and (args.view or args.rerun):
+        raise InputError("replay: --view and --rerun take one recording at a time")
+    with watching(args) as watch:
+        playbacks = [play(recording, configuration, task=args.task, watch=watch) for recording in recordings]
     scores = [score(playback) for playback in playbacks]
     report = _report(configuration, playbacks, scores)
     _write(Path(args.out), playbacks, scores, report)

@@ -12,6 +12,7 @@ from tauperp.experiment import run_scenario
 from tauperp.replay.recorder import bus_recorder
 from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.view.summary import print_outcomes, shown_progress
+from tauperp.view.watching import add_watch_arguments, watching
 
 HELP = """Run a scenario, a TOML file or the name of a shipped one, in lockstep against the compiled firmware: robot,
 task, payload, motion, contacts, sensor faults. Exit code 0 if every collision stopped the robot and nothing else but
@@ -26,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--record", metavar="FILE", help="new file for every frame: .blf, .asc, .log, whatever python-can writes"
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    add_watch_arguments(parser)
     add_bus_arguments(parser)
 
 
@@ -33,8 +35,13 @@ def run(args: argparse.Namespace) -> int:
     path = args.scenario if Path(args.scenario).suffix == ".toml" else shipped(args.scenario)
     scenario = load_scenario(path, robot=args.robot, seed=args.seed)
     fd = scenario.configuration.settings.wire.format == "fd"
-    with bus_recorder(args.record, fd=fd) as listener, shown_progress(Path(path).stem) as progress:
-        outcome = run_scenario(scenario, bus=_named_bus(args, scenario), listener=listener, progress=progress)
+    with (
+        watching(args) as watch,
+        bus_recorder(args.record, fd=fd) as listener,
+        shown_progress(Path(path).stem) as progress,
+    ):
+        bus = _named_bus(args, scenario)
+        outcome = run_scenario(scenario, bus=bus, listener=listener, progress=progress, watch=watch)
     if args.json:
         print(json.dumps(outcome.report, indent=2))
     else:

@@ -20,8 +20,9 @@ import numpy.typing as npt
 
 from tauperp.config import TASKS, Configuration, Numeric, TaskName
 from tauperp.errors import InputError
-from tauperp.firmware import Core, Guard, Reason, State
+from tauperp.firmware import Core, Guard, Reason, State, Verdict
 from tauperp.replay.recording import FloatArray, Recording
+from tauperp.sim.moment import Moment, Puppet, Watch
 from tauperp.wire import Sender
 
 REST_S = 1.0
@@ -78,9 +79,16 @@ def sensor_offset(recording: Recording, core: Core) -> FloatArray:
 
 
 def play(
-    recording: Recording, configuration: Configuration, *, task: TaskName = "none", numeric: Numeric = "float32"
+    recording: Recording,
+    configuration: Configuration,
+    *,
+    task: TaskName = "none",
+    numeric: Numeric = "float32",
+    watch: Watch | None = None,
 ) -> Playback:
     """Send a recording through the guard, which runs at the recording's rate instead of the configuration's.
+
+    `watch` sees every row, on an arm that stands as the recorded one did.
 
     Raises InputError for a row that the wire cannot carry, and for what `sensor_offset` refuses.
     """
@@ -95,6 +103,7 @@ def play(
     permitted = np.zeros(rows, bool)
     trips: list[Trip] = []
     verdict = None
+    stage = None if watch is None else Puppet(configuration.robot)
     for row in range(rows):
         now_us = row * configuration.period_us
         stopped_by = verdict.trip_number if verdict and verdict.state == State.STOPPED else None
@@ -107,7 +116,16 @@ def play(
         if verdict.state == State.STOPPED and stopped_by is None:
             at_s = float(recording.time_s[row])
             trips.append(Trip(row, at_s, verdict.reason, verdict.joint, verdict.value_nm, verdict.threshold_nm))
+        if watch is not None and stage is not None:
+            stage.pose(recording.q[row], float(recording.time_s[row]))
+            watch(_moment(stage, verdict, configuration.threshold_nm(task)))
     return Playback(recording, configuration, task, offset, residual, index, permitted, tuple(trips), guard.counters)
+
+
+def _moment(stage: Puppet, verdict: Verdict, threshold_nm: FloatArray) -> Moment:
+    tripped = verdict.joint if verdict.state == State.STOPPED else 0
+    torques = (verdict.residual, verdict.index, threshold_nm)
+    return Moment(stage.data.time, stage.model, stage.data, verdict.permitted, tripped, *torques, contact_n=0.0)
 
 
 class _Bus:

@@ -13,9 +13,9 @@ from tauperp.sim.model import build_spec
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
-    """The arm's joints are the first n of the model's; model, data and arrays are the producer's own and go on changing.
+    """The arm's joints are the first n of the model's. Torques Nm, (n,) each.
 
-    Torques Nm, (n,) each.
+    Model, data and arrays are the producer's own and go on changing.
     """
 
     time_s: float
