@@ -1,7 +1,7 @@
 """Bus logs as python-can reads them (.blf, .asc, candump's .log and others, also with .gz), with damage found.
 
 python-can's readers skip what they do not understand and end quietly where a file does. A log that is evidence must
-not: every frame before the damage comes out, then `LogDamage` says at which byte or line it is.
+not: every frame before the damage comes out, and then it is told at which byte or line it is.
 """
 
 import gzip
@@ -19,6 +19,7 @@ from tauperp.errors import InputError
 _GZIP_SUFFIX = ".gz"
 _MOST_INFLATED = 1032  # bytes that deflate makes of one
 _SMALLEST_FRAME = 48  # bytes of a BLF object that is a frame
+_PADDING = 3  # bytes at most between two such objects
 
 # What an .asc file holds besides frames: python-can would pass over any line at all.
 _ASC_OTHER = re.compile(
@@ -33,24 +34,36 @@ _ASC_FRAME = re.compile(
 
 
 class LogDamage(InputError):
-    """The log cannot be read from here on: truncated, corrupt, or not what its name says."""
+    """The log cannot be read from here on: it is truncated or corrupt."""
 
 
-class NoLog(LogDamage):
-    """Nothing of it can be read: another kind of file, or none."""
+class BusLog(Iterator[can.Message]):
+    """Every frame, in the order of the file, with its data as long as it says. Memory: one container of the file.
 
+    damage    why the frames ended before the log did; None as long as all is well
 
-def read_bus_log(path: str | Path) -> Iterator[can.Message]:
-    """Every frame, in the order of the file, with its data as long as it says.
-
-    Raises NoLog before the first frame, LogDamage after the last good one. Memory: one container of the file.
+    Raises InputError, before the first frame, if nothing of the file can be read: it is of another kind, or empty.
     """
-    path = Path(path)
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.damage: LogDamage | None = None
+        self._frames = _read(self.path)
+
+    def __next__(self) -> can.Message:
+        try:
+            return next(self._frames)
+        except LogDamage as damage:
+            self.damage = damage
+            raise StopIteration from damage
+
+
+def _read(path: Path) -> Iterator[can.Message]:
     reader_type = _reader_type(path)
     try:
-        raw = cast(IO[bytes], gzip.open(path) if path.suffix.lower() == _GZIP_SUFFIX else path.open("rb"))
+        raw = cast(IO[bytes], gzip.open(path) if path.suffix.lower() == _GZIP_SUFFIX else path.open("rb"))  # noqa: SIM115
     except OSError as error:
-        raise NoLog(f"{path}: {error.strerror}") from error
+        raise InputError(f"{path}: {error.strerror}") from error
     with raw:
         if issubclass(reader_type, TextIOMessageReader):
             source: _Lines | _Bytes | Path = _Lines(raw, check=".asc" in path.suffixes)
@@ -68,7 +81,9 @@ def _reader_type(path: Path) -> Any:
         return MESSAGE_READERS[suffix]
     except KeyError:
         known = " ".join(sorted(MESSAGE_READERS))
-        raise NoLog(f"{path}: python-can reads no '{suffix}' (it reads {known}); a table goes with --csv") from None
+        raise InputError(
+            f"{path}: python-can reads no '{suffix}' (it reads {known}); a table goes with --csv"
+        ) from None
 
 
 def _frames(path: Path, reader_type: Any, source: "_Lines | _Bytes | Path") -> Iterator[can.Message]:
@@ -93,14 +108,14 @@ def _frames(path: Path, reader_type: Any, source: "_Lines | _Bytes | Path") -> I
     except GeneratorExit:
         raise
     except (ImportError, NotImplementedError) as error:
-        raise NoLog(f"{path}: {' '.join(str(error).split())}") from error
+        raise InputError(f"{path}: {' '.join(str(error).split())}") from error
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         if count == 0:
-            raise NoLog(f"{path}: {place()}: not a {path.suffix} log: {reason}") from error
+            raise InputError(f"{path}: {place()}: not a {path.suffix} log: {reason}") from error
         raise LogDamage(f"{path}: {place()}, after {count} frames: {reason}") from error
     if count == 0:
-        raise NoLog(f"{path}: {place()}: holds no frame")
+        raise InputError(f"{path}: {place()}: holds no frame")
 
 
 class _Lines:
@@ -165,9 +180,10 @@ class _Bytes:
         self._at = self._raw.tell()
         data = self._raw.read(length)
         # One that ends where an object begins has ended properly, and padding may be missing there.
-        if 0 < len(data) < length or (not data and length > 3 and self._at != self._size):
+        if 0 < len(data) < length or (not data and length > _PADDING and self._at != self._size):
             self._cut = self._at + len(data)
-        self._frames_left = len(data) * _MOST_INFLATED // _SMALLEST_FRAME + 1
+        if length > _PADDING:
+            self._frames_left = len(data) * _MOST_INFLATED // _SMALLEST_FRAME
         return data
 
     def count_frame(self) -> None:
