@@ -7,7 +7,7 @@ BENCH_FIRMWARE_guard = $(FIRMWARE_SOURCES) tools/bench/cycle.c
 BENCH_FIRMWARE_image = $(FIRMWARE_SOURCES)
 BENCH_NUMERICS ?= float
 BENCH_SOURCES_cortex_m := $(wildcard firmware/boards/cortex_m/*.c)
-BENCH_SOURCES_versal_r5 := $(addprefix firmware/boards/versal_r5/,startup.S exceptions.c mpu.c pmu.c counter.c)
+BENCH_SOURCES_versal_r5 := $(HOME_SOURCES_versal_r5) $(addprefix firmware/boards/versal_r5/,pmu.c counter.c)
 
 # $(call bench_image,TARGET,NUMERIC,PROGRAM)
 bench_image = $(BUILD)/bench/$(1)-$(2)$(OPT)-$(3).elf

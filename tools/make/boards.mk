@@ -57,10 +57,13 @@ OPT_BOARD := -O2
 COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c) firmware/boards/linux/lockstep.c
 LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
 FLAGS_LOCKSTEP := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP)
+# BLOCK=file: a block that was made already, instead of one of CONFIG and ROBOT.
 IMAGE = $(BUILD)/firmware/$(BOARD)-$(ROBOT)$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep).elf
 IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)
 IMAGE_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(COMMON_SOURCES) \
     $(filter-out %/counter.c,$(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S))
+# A configuration of one's own names its robot, unless ROBOT is given as well.
+IMAGE_ROBOT = $(if $(filter default paper,$(CONFIG))$(filter command line environment,$(origin ROBOT)),--robot $(ROBOT))
 IMAGE_BLOCK = $(IMAGE:.elf=.block)
 
 .PHONY: firmware
@@ -71,7 +74,7 @@ firmware: ## build an image: make firmware BOARD=versal_r5|stm32g4 ROBOT=ku_dex 
 
 $(IMAGE_BLOCK): $(VENV_STAMP) dbc/tauperp.dbc FORCE
 	@mkdir -p $(@D)
-	@$(TAUPERP) config $(CONFIG) --robot $(ROBOT) --numeric $(BLOCK_NUMERIC_$(NUMERIC)) -o $@.new >/dev/null
+	@$(if $(BLOCK),cp $(BLOCK) $@.new,$(TAUPERP) config $(CONFIG) $(IMAGE_ROBOT) --numeric $(BLOCK_NUMERIC_$(NUMERIC)) -o $@.new >/dev/null)
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 .PHONY: FORCE
 
@@ -95,5 +98,36 @@ $(IMAGE): $(IMAGE_LINKED) $(IMAGE_BLOCK) firmware/boards/common/config.S firmwar
 	    firmware/boards/common/config.S firmware/boards/common/identity.c $(IMAGE_LINKED) $(LIBRARIES)
 
 -include $(IMAGE_LINKED:.o=.d)
+
+# The unit tests as images for the emulated targets: build/unit/TARGET-NUMERIC/test_NAME
+HOME_SOURCES_cortex_m := firmware/boards/cortex_m/startup.c
+HOME_SOURCES_versal_r5 := $(addprefix firmware/boards/versal_r5/,startup.S mpu.c exceptions.c) firmware/boards/common/log.c tests/target/unit_board.c
+TARGET_TESTS = $(filter-out test_fdcan,$(UNIT_TESTS:tests/unit/%.c=%))
+unit_objects = $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)/,$(addsuffix .o,$(basename $(FIRMWARE_SOURCES) \
+    firmware/boards/common/semihosting.c firmware/boards/common/newlib.c $(HOME_SOURCES_$(HOME_$(1))))))
+
+define TARGET_UNIT_RULES
+$(BUILD)/unit/$(1)-$(2)/%: tests/unit/%.c $(call unit_objects,$(1),$(2)) $(BUILD)/unity/unity.h
+	@mkdir -p $$(@D)
+	@echo 'cc $$< ($(1), $(2))'
+	@$(CROSS)gcc $(CPU_$(1)) $$(filter-out -ffreestanding,$$(CFLAGS_TARGET)) $(FLAGS_$(2)) $(OPT) -MF $$@.d -Itests/unit \
+	    -isystem $(BUILD)/unity -w $(LDFLAGS_TARGET) -T firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld -o $$@ \
+	    $$< $(BUILD)/unity/unity.c $(call unit_objects,$(1),$(2)) $(LIBRARIES)
+
+.PHONY: unit-images-$(1)-$(2)
+unit-images-$(1)-$(2): $$(TARGET_TESTS:%=$(BUILD)/unit/$(1)-$(2)/%)
+endef
+$(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call TARGET_UNIT_RULES,$(target),$(numeric)))))
+
+unit-images: $(foreach numeric,$(NUMERICS),$(TARGETS:%=unit-images-%-$(numeric)))
+.PHONY: unit-images
+
+# Images of the Versal board that provoke one fault each.
+FAULT_OBJECTS := $(addprefix $(BUILD)/object/r5f-float$(OPT)/firmware/boards/,common/log.o common/halt.o \
+    $(addprefix versal_r5/,startup.o mpu.o exceptions.o board.o pmu.o))
+$(BUILD)/target/%.elf: tests/target/faults/provoke.c $(FAULT_OBJECTS) firmware/boards/versal_r5/versal_r5.ld
+	@mkdir -p $(@D)
+	@$(CROSS)gcc $(CPU_r5f) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(OPT) -Wno-infinite-recursion -DPROVOKE=$* $(LDFLAGS_TARGET) \
+	    -T firmware/boards/versal_r5/versal_r5.ld -o $@ $< $(FAULT_OBJECTS) $(LIBRARIES)
 
 include tools/bench/bench.mk

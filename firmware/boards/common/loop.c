@@ -143,6 +143,7 @@ _Noreturn void loop_run(void) {
     can_init((wire_format_t)board_config.format);
     watchdog_start(WATCHDOG_TICKS * board_config.tick_deadline_us);
     begin();
+    log_text("on the bus\n");
     for (;;) {
         can_frame_t frame;
         if (can_receive(&frame)) {

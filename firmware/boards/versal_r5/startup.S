@@ -57,7 +57,7 @@ reset:
 
     bl mpu_init
     bl main
-    b board_halt
+    b main_returned
 
 /* fault_stop(kind, address, status): exceptions.h has the kinds. */
 undefined_instruction:

@@ -1,0 +1,87 @@
+"""Images and the emulated controllers that run them."""
+
+import subprocess
+import threading
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Self
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = ROOT / "build" / "target"
+QEMU_RUN = ROOT / "tools" / "qemu-run"
+
+
+def make(*arguments: str) -> None:
+    """`make` in the checkout; its output is the failure's."""
+    done = subprocess.run(["make", "-C", str(ROOT), *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+
+
+def versal_image(name: str, block: bytes, *, numeric: str = "float", lockstep: bool = True) -> Path:
+    """The image of board versal_r5 with this configuration block."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    block_file = BUILD / f"{name}.bin"
+    block_file.write_bytes(block)
+    image = BUILD / f"{name}.elf"
+    mode = ["LOCKSTEP=1"] if lockstep else []
+    place = image.relative_to(ROOT)
+    make("firmware", "BOARD=versal_r5", f"NUMERIC={numeric}", f"BLOCK={block_file}", f"IMAGE={place}", *mode)
+    return image
+
+
+def run_to_end(target: str, image: Path, timeout_s: float = 300) -> tuple[int, str]:
+    """Exit code and everything printed of an image that ends by itself."""
+    done = subprocess.run(
+        [str(QEMU_RUN), target, str(image)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=timeout_s,
+        check=False,
+    )
+    return done.returncode, done.stdout
+
+
+class Emulator:
+    """The Versal's R5F with an image that never ends, on a SocketCAN interface if one is named. A context manager."""
+
+    def __init__(self, image: Path, channel: str | None = None) -> None:
+        can = ["--can", channel] if channel else []
+        self._process = subprocess.Popen(
+            [str(QEMU_RUN), *can, "r5f", str(image)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        self.lines: list[str] = []
+        self._changed = threading.Condition()
+        self._reader = threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True)
+        self._reader.start()
+
+    def wait_for(self, text: str, timeout_s: float = 60) -> str:
+        """The first line of the UART with this text."""
+
+        def found() -> str | None:
+            return next((line for line in self.lines if text in line), None)
+
+        with self._changed:
+            self._changed.wait_for(lambda: found() is not None or self._process.poll() is not None, timeout_s)
+            line = found()
+        assert line is not None, f"no {text!r} on the UART: {self.lines}"
+        return line
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._process.terminate()
+        self._process.wait(30)
+        self._reader.join(10)
+
+    def _read(self, output: IO[bytes]) -> None:
+        for line in output:
+            with self._changed:
+                self.lines.append(line.decode(errors="replace").strip())
+                self._changed.notify_all()

@@ -1,0 +1,51 @@
+/* provoke: an image of the Versal board that permits motion, then does what PROVOKE says. What must follow is a stop. */
+#include "board.h"
+#include "log.h"
+
+#include <stdint.h>
+
+int main(void);
+
+static volatile uint32_t sink;
+static uint32_t code_in_data[2] = {0xE12FFF1Eu, 0xE12FFF1Eu}; /* bx lr */
+
+static void write_code(void) {
+    *(volatile uint32_t *)0x40u = 0;
+}
+
+static void execute_data(void) {
+    ((void (*)(void))(uintptr_t)code_in_data)();
+}
+
+static void undefined_instruction(void) {
+    __asm volatile("udf #0");
+}
+
+static void supervisor_call(void) {
+    __asm volatile("svc #0");
+}
+
+static void no_memory(void) {
+    sink = *(volatile uint32_t *)0x40000000u;
+}
+
+static uint32_t overflow_stack(uint32_t depth) {
+    volatile uint32_t frame[64];
+    frame[depth % 64u] = depth;
+    return (depth == 0u) ? 0u : (overflow_stack(depth - 1u) + frame[depth % 64u]);
+}
+
+static void stack_overflow(void) {
+    sink = overflow_stack(100000u);
+}
+
+int main(void) {
+    board_init();
+    permission_toggle();
+    log_text("provoked\n");
+    log_flush();
+    PROVOKE();
+    log_text("and went on\n");
+    log_flush();
+    board_halt();
+}

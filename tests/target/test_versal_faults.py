@@ -1,0 +1,42 @@
+"""What the processor does not expect ends in a stop: no permission, a record of it on the UART, nothing afterwards."""
+
+import time
+from pathlib import Path
+
+import pytest
+from emulator import BUILD, ROOT, Emulator, make
+
+PROVOCATIONS = {
+    "write_code": "data abort",
+    "execute_data": "prefetch abort",
+    "undefined_instruction": "undefined instruction",
+    "supervisor_call": "supervisor call",
+    "no_memory": "data abort",
+    "stack_overflow": "data abort",
+}
+
+
+def image_of(provocation: str) -> Path:
+    image = BUILD / f"{provocation}.elf"
+    make(str(image.relative_to(ROOT)))
+    return image
+
+
+@pytest.mark.parametrize(("provocation", "kind"), PROVOCATIONS.items())
+def test_an_exception_withdraws_the_permission_and_says_what_happened(provocation: str, kind: str) -> None:
+    with Emulator(image_of(provocation)) as emulator:
+        emulator.wait_for("provoked")
+        fault = emulator.wait_for("fault:")
+        time.sleep(0.5)
+        lines = list(emulator.lines)
+    assert fault.startswith(f"fault: {kind} at ")
+    assert "no permission" in lines
+    assert lines.index("permission") < lines.index("no permission")
+    assert not any("went on" in line for line in lines)
+
+
+def test_a_stack_overflow_is_caught_in_the_guard_below_the_stack() -> None:
+    with Emulator(image_of("stack_overflow")) as emulator:
+        words = emulator.wait_for("fault:").split()
+    address = int(words[words.index("address") + 1], 16)
+    assert 0x20000 <= address < 0x20100

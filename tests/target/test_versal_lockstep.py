@@ -1,0 +1,73 @@
+"""The firmware on the emulated Cortex-R5F, on a real SocketCAN bus against the simulated robot: it says byte for byte
+what the library says.
+
+Both hear the same frames, and only the target's answers move the robot. So when all answers are equal, this run is the
+run that the library alone would have made, stop for stop and cycle for cycle.
+"""
+
+import time
+
+import can
+import pytest
+from emulator import Emulator, versal_image
+from tauperp.bus import open_bus
+from tauperp.firmware import Guard, Reason, Verdict
+from tauperp.scenario import Scenario, load_scenario, shipped
+from tauperp.sim.lockstep import Lockstep
+
+CHANNEL = "vcan0"
+FROM_GUARD = (0x010, 0x200, 0x201)
+ANSWER_TIMEOUT_S = 60.0
+
+Answer = tuple[int, bytes, bool, bool]
+
+
+def answer_of(frame: can.Message) -> Answer:
+    return frame.arbitration_id, bytes(frame.data), frame.is_fd, frame.bitrate_switch
+
+
+class ComparedGuard:
+    """The guard behind a SocketCAN interface beside the library's: each must give the other's answers."""
+
+    remote = True
+    verdict: Verdict | None = None
+
+    def __init__(self, ear: can.BusABC, library: Guard) -> None:
+        self.cycles = 0
+        self._ear = ear
+        self._library = library
+
+    def turn(self, now_us: int) -> None:
+        heard: list[Answer] = []
+        deadline = time.monotonic() + ANSWER_TIMEOUT_S
+        while len(heard) < 2:  # StopCommand and one more
+            frame = self._ear.recv(timeout=max(0.0, deadline - time.monotonic()))
+            assert frame is not None, f"no answer to the cycle at {now_us} us"
+            if frame.arbitration_id in FROM_GUARD:
+                heard.append(answer_of(frame))
+            else:
+                self._library.receive(frame, now_us)
+        expected = [answer_of(frame) for frame in self._library.tick(now_us).frames]
+        assert heard == expected, f"at {now_us} us"
+        self.cycles += 1
+
+
+@pytest.mark.parametrize("name", ["payload", "contact"])
+def test_an_experiment_has_the_same_stops_and_the_same_bytes_as_with_the_library(name: str) -> None:
+    scenario: Scenario = load_scenario(shipped(name))
+    block = scenario.configuration.block()
+    fd = scenario.configuration.settings.wire.format == "fd"
+    bus = {"interface": "socketcan", "channel": CHANNEL, "fd": fd}
+    image = versal_image(name, block)
+    with Emulator(image, CHANNEL) as emulator, open_bus(**bus) as robot, open_bus(**bus) as ear:
+        emulator.wait_for("on the bus")
+        guard = ComparedGuard(ear, Guard(block))
+        trace = Lockstep(scenario, robot, guard).run()
+        lines = list(emulator.lines)
+
+    strikes = len(trace.contacts)
+    assert trace.finished
+    assert guard.cycles == len(trace.time_s)
+    assert [stop.reason for stop in trace.stops].count(Reason.COLLISION) == strikes > 0
+    assert lines.count("permission") == strikes + 1
+    assert not any("fault" in line for line in lines)
