@@ -19,7 +19,7 @@ FOLDER = Path(os.environ.get("TAUPERP_PANDA_TOUCHES", repository_root().parent /
 DERIVED_FROM = ("a4", "c2", "d3")
 HELD_OUT = ("b6", "c3", "f2")
 
-pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no recordings in {FOLDER}")
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"optional: no recordings in {FOLDER}")
 
 
 @pytest.fixture(scope="module")
