@@ -107,7 +107,8 @@ def test_a_retreat_goes_no_further_than_where_the_move_began() -> None:
     while robot.motion.job == 0:
         robot.run(ALLOWED, PERIOD_S)
     corner = robot.tip
-    robot.run(ALLOWED, 0.3)
+    robot.run(ALLOWED, 0.15)
+    assert np.linalg.norm(robot.tip - corner) < RECOVERY.retreat_m / 2
     robot.run(COLLISION, 4.0)
     assert np.linalg.norm(robot.tip - corner) < 0.01
 
