@@ -23,6 +23,7 @@ from tauperp.errors import InputError
 COMMANDS = {
     "robot": "make a robot table for the firmware from a URDF or MJCF file",
     "config": "make the guard's configuration block from a TOML file",
+    "version": "print which firmware, build and configuration an image is",
     "experiment": "one of the paper's two experiments, simulated, against the firmware",
     "demo": "both experiments of the paper, one table",
     "run": "run any scenario against the firmware",

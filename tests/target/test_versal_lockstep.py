@@ -10,6 +10,7 @@ import time
 import can
 import pytest
 from emulator import Emulator, versal_image
+
 from tauperp.bus import open_bus
 from tauperp.firmware import Guard, Reason, Verdict
 from tauperp.scenario import Scenario, load_scenario, shipped

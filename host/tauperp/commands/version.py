@@ -1,0 +1,26 @@
+"""`tauperp version ELF`: which firmware, build and configuration an image is."""
+
+import argparse
+import dataclasses
+import json
+
+from tauperp.image import read_image
+
+HELP = """What a firmware image says of itself: release, build of the sources (its first four digits are BuildId of
+GuardStatus), CRCs of the configuration and the wire inside, board and number type."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("elf", metavar="ELF", help="image as `make firmware` builds it")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+
+
+def run(args: argparse.Namespace) -> int:
+    image = read_image(args.elf)
+    if args.json:
+        print(json.dumps(dataclasses.asdict(image), indent=2))
+        return 0
+    print(f"tauperp {image.version} for {image.board}, {image.numeric}")
+    print(f"build {image.build}, configuration {image.config_crc}, wire {image.wire_crc}")
+    print(f"image {image.image or 'without a build id'}")
+    return 0
