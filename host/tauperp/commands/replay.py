@@ -1,50 +1,93 @@
-"""`tauperp replay`: recordings of a real robot through the firmware."""
+"""`tauperp replay`: bus logs, and recordings of a real robot, through the firmware."""
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
-from tauperp.config import TASKS, Configuration, load_configuration, preset_names
+from tauperp.cli import BAD_INPUT
+from tauperp.config import TASKS, Configuration, TaskName, load_configuration, preset_names
 from tauperp.errors import InputError
 from tauperp.files import write_atomically
 from tauperp.firmware import load_library
 from tauperp.provenance import provenance, provenance_line
-from tauperp.replay import Playback, Recording, Score, play, read_csv, score
+from tauperp.replay import Playback, Recording, Score, log_report, play, read_recording, score
 from tauperp.replay.score import FOUND_GOAL, is_good, median_latency_ms
-from tauperp.view.watching import add_watch_arguments, watching
 
-HELP = f"""Turn recordings of a real arm (CSV: time, q0.., dq0.., tau_J0.., label while touched) into bus frames at
-their own rate, run them through the firmware's guard, and compare its stops with the labels. Draws each recording
-and writes replay.json. Exit code 0 if {FOUND_GOAL:.0%} of the touches are found and nothing else stops."""
+HELP = f"""LOG: push a bus log through the firmware's guard and compare what it sends with the guard's frames in the
+log, bit for bit. Exit code 0 if all are equal. --csv: turn recordings of a real arm (time, q0.., dq0.., tau_J0.., label
+while touched, or what --map says) into bus frames at their own rate, run them through the guard, and compare its stops
+with the labels; draws each recording and writes replay.json. Exit code 0 if {FOUND_GOAL:.0%} of the touches are found
+and nothing else stops."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--csv", nargs="+", required=True, metavar="FILE", help="recordings, plain or gzipped")
+    parser.add_argument("log", nargs="?", metavar="LOG", help="bus log: .blf, .asc, .log, whatever python-can reads")
+    parser.add_argument("--csv", nargs="+", metavar="FILE", help="recordings: .csv, .csv.gz, .npz, .parquet, .mcap")
+    parser.add_argument("--map", metavar="FILE", help="TOML file of the recordings' columns, units and signs")
     parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the configuration's")
     parser.add_argument(
-        "--config", metavar="FILE", help="TOML file or preset (default: replay_NAME if shipped, else default)"
+        "--config", metavar="FILE", help="TOML file or preset (default: the log's or replay_NAME if shipped)"
     )
-    parser.add_argument("--task", choices=list(TASKS), default="none", help="task that is sent (default: none)")
-    parser.add_argument("--out", default="out/replay", metavar="DIR", help="folder of figures and JSON (out/replay)")
+    parser.add_argument("--scenario", metavar="NAME", help="the log is of this scenario: use its configuration")
+    parser.add_argument("--task", choices=list(TASKS), help="task that is sent with recordings (default: none)")
+    parser.add_argument("--out", metavar="DIR", help="folder of the recordings' figures and JSON (out/replay)")
     parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
-    add_watch_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    source = args.config or _preset_for(args.robot)
+    if (args.log is None) == (args.csv is None):
+        raise InputError("replay: name either one bus log or, with --csv, recordings")
+    _refuse_foreign_options(args)
+    return _replay_log(args) if args.csv is None else _replay_recordings(args)
+
+
+def _refuse_foreign_options(args: argparse.Namespace) -> None:
+    """An option that would have no effect is a mistake of who gave it."""
+    foreign = ("scenario",) if args.log is None else ("map", "task", "out")
+    for name in foreign:
+        if getattr(args, name) is not None:
+            kind = "bus logs" if args.log is None else "recordings (--csv)"
+            raise InputError(f"replay: --{name} goes with {kind}")
+    if args.scenario is not None and args.config is not None:
+        raise InputError("replay: name either --config or --scenario")
+
+
+def _replay_log(args: argparse.Namespace) -> int:
+    replay = log_report.replay_log(args.log, config=args.config, robot=args.robot, scenario=args.scenario)
+    if args.json:
+        print(json.dumps(log_report.report(replay), indent=2))
+    else:
+        print("\n".join(log_report.lines(replay)))
+    if replay.damage is not None:
+        return _say_damage([replay.damage])
+    return 0 if replay.equal else 1
+
+
+def _replay_recordings(args: argparse.Namespace) -> int:
+    source, out = args.config or _preset_for(args.robot), args.out or "out/replay"
+    task: TaskName = args.task or "none"
     configuration = load_configuration(source, robot=args.robot)
-    recordings = [read_csv(path, configuration.robot.n) for path in args.csv]
+    recordings = [read_recording(path, configuration.robot.n, args.map) for path in args.csv]
     _check_names(recordings)
-    if len(recordings) > 1 and (args.view or args.rerun):
-        raise InputError("replay: --view and --rerun take one recording at a time")
-    with watching(args) as watch:
-        playbacks = [play(recording, configuration, task=args.task, watch=watch) for recording in recordings]
+    playbacks = [play(recording, configuration, task=task) for recording in recordings]
     scores = [score(playback) for playback in playbacks]
     report = _report(configuration, playbacks, scores)
-    _write(Path(args.out), playbacks, scores, report)
-    print(json.dumps(report, indent=2) if args.json else _table(playbacks, scores, report, args.out))
+    _write(Path(out), playbacks, scores, report)
+    print(json.dumps(report, indent=2) if args.json else _table(playbacks, scores, report, out))
+    damages = [recording.damage for recording in recordings if recording.damage is not None]
+    if damages:
+        return _say_damage(damages)
     return 0 if is_good(scores) else 1
+
+
+def _say_damage(damages: list[str]) -> int:
+    """What could be read has been reported: the rest is bad input."""
+    sys.stdout.flush()
+    for damage in damages:
+        print(f"tauperp: {damage}", file=sys.stderr)
+    return BAD_INPUT
 
 
 def _preset_for(robot: str | None) -> str:
@@ -80,6 +123,7 @@ def _report(configuration: Configuration, playbacks: list[Playback], scores: lis
         "files": [
             {
                 "file": playback.recording.name,
+                "damage": playback.recording.damage,
                 "rate_hz": playback.configuration.settings.wire.rate_hz,
                 "offset_nm": [round(value, 3) for value in playback.offset_nm.tolist()],
                 **one.report(),

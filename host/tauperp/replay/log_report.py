@@ -45,10 +45,10 @@ def replay_log(
 
     Raises InputError for a file that is no bus log, has no guard in it, or had another configuration.
     """
-    begin = time.monotonic()
     log = BusLog(path)
     taken, origin = look_ahead(log, Wire.read(), log.path)
     comparison = Comparison(_configuration(origin, log.path, config, robot, scenario), origin)
+    begin = time.monotonic()
     for frame in itertools.chain(taken, log):
         comparison.take(frame)
     damage = None if log.damage is None else str(log.damage)

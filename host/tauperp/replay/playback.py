@@ -112,7 +112,7 @@ def play(
         verdict = guard.tick(now_us)
         residual[row], index[row], permitted[row] = verdict.residual, verdict.index, verdict.permitted
         if verdict.state == State.FAULT:
-            raise InputError(f"{recording.path}:{row + 2}: the guard is in FAULT: {verdict.reason.name}")
+            raise InputError(f"{recording.place(row)}: the guard is in FAULT: {verdict.reason.name}")
         if verdict.state == State.STOPPED and stopped_by is None:
             at_s = float(recording.time_s[row])
             trips.append(Trip(row, at_s, verdict.reason, verdict.joint, verdict.value_nm, verdict.threshold_nm))
@@ -134,8 +134,8 @@ class _Bus:
     def __init__(self, recording: Recording, configuration: Configuration, task: TaskName, offset: FloatArray) -> None:
         self._sender = Sender(configuration.wire, fd=configuration.settings.wire.format == "fd")
         self._task = TASKS[task]
-        self._path = recording.path
-        self._samples = np.stack([recording.q, recording.qd, recording.tau - offset], axis=-1).tolist()
+        self._recording = recording
+        self._offset = offset
 
     def frames(self, row: int, stopped_by: int | None) -> list[can.Message]:
         """The frames of one cycle, in their order. stopped_by: the trip to be reset, or None.
@@ -144,6 +144,8 @@ class _Bus:
         """
         # An edge of Request needs a 0 first; the next try comes two cycles later, until the guard grants it.
         reset = {"Request": int(stopped_by is not None and row % 2 == 0), "TripNumber": stopped_by or 0}
+        recording = self._recording
+        samples = np.stack([recording.q[row], recording.qd[row], recording.tau[row] - self._offset], axis=-1).tolist()
         try:
             frame = self._sender.frame
             return [
@@ -156,8 +158,8 @@ class _Bus:
                         {"SensorStatus": _SENSOR_OK, "Position": q, "Velocity": qd, "Torque": tau},
                         cycle=row,
                     )
-                    for joint, (q, qd, tau) in enumerate(self._samples[row], start=1)
+                    for joint, (q, qd, tau) in enumerate(samples, start=1)
                 ),
             ]
         except InputError as error:
-            raise InputError(f"{self._path}:{row + 2}: {error}") from error
+            raise InputError(f"{self._recording.place(row)}: {error}") from error

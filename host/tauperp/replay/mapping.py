@@ -1,0 +1,153 @@
+"""Which columns of a table are the joints' readings, in which units and signs: defaults, or a TOML file (`--map`).
+
+    [time]
+    column = "t"            # default: time
+    unit = "ms"             # s, ms, us, ns
+
+    [position]
+    column = "axis{}_deg"   # {} is the joint's number; default q{}
+    first = 1               # the number of the first joint; default 0
+    unit = "deg"            # rad, mrad, deg
+    sign = [1, 1, -1, 1, 1, 1, 1]    # or one for all
+
+    [velocity]              # dq{};    rad/s, mrad/s, deg/s
+    [torque]                # tau_J{}; Nm, cNm, mNm
+    columns = ["A1", "A2", "A3", "A4", "A5", "A6", "A7"]    # or every joint's own name, instead of a pattern
+    sign = -1
+
+    [label]
+    column = "touched"      # default label; there need not be one
+
+A column without {} holds a list with one value per joint, where the format has lists (.npz, .parquet, .mcap). In an
+.mcap file a column is "topic:field", with dots into objects; time may be "log_time" or "publish_time", both in ns.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from tauperp.errors import InputError
+from tauperp.toml import Table, read_toml, validate
+
+_DEGREE = float(np.deg2rad(1.0))
+TIME_S: Mapping[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+ANGLE_RAD: Mapping[str, float] = {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE}
+SPEED_RAD_S: Mapping[str, float] = {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": _DEGREE}
+TORQUE_NM: Mapping[str, float] = {"Nm": 1.0, "cNm": 1e-2, "mNm": 1e-3}
+
+
+class _Joints(Table):
+    """One quantity of every joint."""
+
+    column: str | None = Field(default=None, min_length=1)
+    columns: list[str] | None = Field(default=None, min_length=1)
+    first: int = Field(default=0, ge=0)
+    sign: Literal[1, -1] | list[Literal[1, -1]] = 1
+
+    @field_validator("column")
+    @classmethod
+    def _one_place(cls, column: str | None) -> str | None:
+        if column is not None and column.count("{}") > 1:
+            raise ValueError("has room for one joint number only, '{}'")
+        return column
+
+    @model_validator(mode="after")
+    def _one_way(self) -> "_Joints":
+        if self.column is not None and self.columns is not None:
+            raise ValueError("must have either column or columns")
+        return self
+
+
+class _Time(Table):
+    column: str = Field(default="time", min_length=1)
+    unit: Literal["s", "ms", "us", "ns"] = "s"
+
+
+class _Position(_Joints):
+    unit: Literal["rad", "mrad", "deg"] = "rad"
+
+
+class _Velocity(_Joints):
+    unit: Literal["rad/s", "mrad/s", "deg/s"] = "rad/s"
+
+
+class _Torque(_Joints):
+    unit: Literal["Nm", "cNm", "mNm"] = "Nm"
+
+
+class _Label(Table):
+    column: str = Field(default="label", min_length=1)
+
+
+class _MapFile(Table):
+    time: _Time = _Time()
+    position: _Position = _Position()
+    velocity: _Velocity = _Velocity()
+    torque: _Torque = _Torque()
+    label: _Label = _Label()
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column, or one that holds a list: `factors` turn its values into s, rad, rad/s or Nm, one for each."""
+
+    name: str
+    factors: tuple[float, ...]
+
+    @property
+    def width(self) -> int:
+        return len(self.factors)
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """The columns for an arm with n joints; the widths of each quantity's add up to n."""
+
+    time: Column
+    position: tuple[Column, ...]
+    velocity: tuple[Column, ...]
+    torque: tuple[Column, ...]
+    label: Column
+    label_needed: bool
+
+    @property
+    def readings(self) -> tuple[Column, ...]:
+        """All but the label, in this order: time, position, velocity, torque."""
+        return (self.time, *self.position, *self.velocity, *self.torque)
+
+
+def column_map(joints: int, path: str | Path | None = None) -> ColumnMap:
+    """The default columns, or what a map file says about them.
+
+    Raises InputError, with the file and the key's place, for what is unknown or does not fit so many joints.
+    """
+    source = "map" if path is None else str(path)
+    file = _MapFile() if path is None else validate(_MapFile, read_toml(path), source)
+
+    def columns(place: str, table: _Joints, unit: float, default: str) -> tuple[Column, ...]:
+        signs = table.sign if isinstance(table.sign, list) else [table.sign] * joints
+        if len(signs) != joints:
+            raise InputError(f"{source}: {place}.sign: {len(signs)} signs for {joints} joints")
+        factors = [sign * unit for sign in signs]
+        names = table.columns
+        if names is None:
+            pattern = table.column or default
+            if "{}" not in pattern:
+                return (Column(pattern, tuple(factors)),)
+            names = [pattern.replace("{}", str(table.first + joint)) for joint in range(joints)]
+        if len(names) != joints:
+            raise InputError(f"{source}: {place}.columns: {len(names)} names for {joints} joints")
+        return tuple(Column(name, (factor,)) for name, factor in zip(names, factors, strict=True))
+
+    return ColumnMap(
+        time=Column(file.time.column, (TIME_S[file.time.unit],)),
+        position=columns("position", file.position, ANGLE_RAD[file.position.unit], "q{}"),
+        velocity=columns("velocity", file.velocity, SPEED_RAD_S[file.velocity.unit], "dq{}"),
+        torque=columns("torque", file.torque, TORQUE_NM[file.torque.unit], "tau_J{}"),
+        label=Column(file.label.column, (1.0,)),
+        label_needed="label" in file.model_fields_set,
+    )
