@@ -18,12 +18,13 @@ from tauperp.sim.moment import Moment
 LINKS = ((0.86, 0.87, 0.88, 1.0), (0.70, 0.73, 0.77, 1.0))  # light greys by turns, so that joints are seen
 TRIPPED = (0.85, 0.10, 0.10, 1.0)
 CONTACT = (1.0, 0.55, 0.0, 1.0)
+HAND = (0.93, 0.72, 0.56, 0.5)  # to be looked through, at the point where it touches
 FLOOR = (0.32, 0.36, 0.40, 1.0)
-FLOOR_HALF_M = 1.5
+FLOOR_HALF_M = 30.0  # beyond the horizon: behind it a scene is black
 CONTACT_RADIUS_M = (0.012, 0.04)
 FULL_FORCE_N = 200.0  # at which a contact point has its largest radius
-LOOK_AT_M = (0.2, 0.0, 0.35)  # where an arm on a table keeps its middle
-DISTANCE_M, AZIMUTH_DEG, ELEVATION_DEG = 2.0, 140.0, -18.0
+LOOK_AT_M = (0.15, 0.0, 0.35)  # where an arm on a table keeps its middle
+DISTANCE_M, AZIMUTH_DEG, ELEVATION_DEG = 1.6, 140.0, -25.0
 
 
 def light(model: mujoco.MjModel) -> None:
@@ -34,7 +35,8 @@ def light(model: mujoco.MjModel) -> None:
 
 
 def colour_links(moment: Moment) -> None:
-    """Colours are all that a picture changes of a model."""
+    """Links, and hands where there are any. Colours are all that a picture changes of a model."""
+    moment.model.geom_rgba[len(moment.index) :] = HAND
     for link in range(len(moment.index)):
         colour = TRIPPED if link + 1 == moment.tripped_joint else LINKS[link % 2]
         moment.model.geom(geom_name(link)).rgba = colour
