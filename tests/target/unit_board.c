@@ -4,8 +4,7 @@
 
 #define EXIT_FAULT 99
 
-void permission_withdraw(void) {
-}
+void permission_withdraw(void) {}
 
 bool uart_write(char character) {
     const char text[2] = {character, '\0'};

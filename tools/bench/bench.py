@@ -66,7 +66,9 @@ def count(target: str, numeric: str, opt: str) -> Counts:
     result["flash_bytes"] = flash_bytes(Path(f"{image}-image.elf"))
     result["stack_bytes"] = worst_stack(BUILD / "object" / f"{target}-{numeric}{opt}" / "firmware", ROOTS)
     if result["painted_stack_bytes"] > result["stack_bytes"]:
-        raise RuntimeError(f"{image.name}: stack {result['painted_stack_bytes']} touched, {result['stack_bytes']} known")
+        raise RuntimeError(
+            f"{image.name}: stack {result['painted_stack_bytes']} touched, {result['stack_bytes']} known"
+        )
     return result
 
 

@@ -16,7 +16,9 @@ static inline uint32_t random_word(random_t *self) {
 }
 
 /* 0 to below n, n below 2^16. */
-static inline uint32_t random_below(random_t *self, uint32_t n) { return ((random_word(self) >> 16) * n) >> 16; }
+static inline uint32_t random_below(random_t *self, uint32_t n) {
+    return ((random_word(self) >> 16) * n) >> 16;
+}
 
 /* -1 to 1 in steps of 2^-15. */
 static inline num_t random_unit(random_t *self) {

@@ -12,7 +12,9 @@ void tally_add(tally_t *self, uint32_t instructions) {
     ++self->count;
 }
 
-void stretch_begin(void) { started = counter_read(); }
+void stretch_begin(void) {
+    started = counter_read();
+}
 
 uint32_t stretch_end(void) {
     const uint32_t now = counter_read();

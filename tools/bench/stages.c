@@ -5,7 +5,7 @@
 #include "states.h"
 
 #define STATES 10000u
-#define SEED 20240229u
+#define SEED   20240229u
 
 extern const guard_config_t board_config;
 

@@ -57,9 +57,9 @@ void states_advance(bench_state_t *self, const guard_config_t *config, random_t 
     for (uint32_t i = 0; i < config->robot.joint_count; ++i) {
         const robot_joint_t *const joint = &config->robot.joint[i];
         /* The period in s to a part in 2^22: below 10^-3 rad in any case. */
-        const num_t step = num_mul(num_mul(self->velocity[i], num_from_int((int32_t)(config->period_us / 100u)),
-                                           &saturations),
-                                   NUM(1e-4), &saturations);
+        const num_t step =
+            num_mul(num_mul(self->velocity[i], num_from_int((int32_t)(config->period_us / 100u)), &saturations),
+                    NUM(1e-4), &saturations);
         const num_t next = self->position[i] + step;
         const bool inside = (next > joint->position_min_rad) && (next < joint->position_max_rad);
         self->position[i] += inside ? step : -step;

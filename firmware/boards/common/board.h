@@ -39,7 +39,7 @@ void watchdog_serve(void);
 
 bool uart_write(char character); /* false: no room now */
 
-_Noreturn void board_halt(void); /* after a fault: nothing more is sent or served */
+_Noreturn void board_halt(void);        /* after a fault: nothing more is sent or served */
 _Noreturn void main_returned(int code); /* which main of an image that ships does not */
 
 #endif

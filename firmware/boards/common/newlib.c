@@ -80,6 +80,10 @@ int _kill(int process, int signal) {
     return -1;
 }
 
-int _getpid(void) { return 1; }
+int _getpid(void) {
+    return 1;
+}
 
-_Noreturn void _exit(int code) { semihosting_exit(code); }
+_Noreturn void _exit(int code) {
+    semihosting_exit(code);
+}

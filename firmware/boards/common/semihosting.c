@@ -19,12 +19,13 @@ static void call(uint32_t operation, uintptr_t argument) {
 #endif
 }
 
-void semihosting_write(const char *text) { call(SYS_WRITE0, (uintptr_t)text); }
+void semihosting_write(const char *text) {
+    call(SYS_WRITE0, (uintptr_t)text);
+}
 
 _Noreturn void semihosting_exit(int32_t code) {
     const uint32_t block[2] = {ADP_STOPPED_APPLICATION_EXIT, (uint32_t)code};
     call(SYS_EXIT_EXTENDED, (uintptr_t)block);
     call(SYS_EXIT, ADP_STOPPED_APPLICATION_EXIT); /* for a debugger that does not know the extended call */
-    for (;;) {
-    }
+    for (;;) {}
 }

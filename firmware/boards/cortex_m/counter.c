@@ -1,8 +1,8 @@
 #include "counter.h"
 
 /* CMSDK APB timer 0 (Arm DDI 0479): a down-counter of 25 MHz on every mps2 FPGA image. */
-#define TIMER_CTRL (*(volatile uint32_t *)0x40000000u)
-#define TIMER_VALUE (*(volatile uint32_t *)0x40000004u)
+#define TIMER_CTRL   (*(volatile uint32_t *)0x40000000u)
+#define TIMER_VALUE  (*(volatile uint32_t *)0x40000004u)
 #define TIMER_RELOAD (*(volatile uint32_t *)0x40000008u)
 
 void counter_init(void) {
@@ -11,7 +11,9 @@ void counter_init(void) {
     TIMER_CTRL = 1u;
 }
 
-uint32_t counter_read(void) { return TIMER_VALUE; }
+uint32_t counter_read(void) {
+    return TIMER_VALUE;
+}
 
 /* 40 ns a count, and 2^6 ns an instruction by -icount shift=6. */
 uint32_t counter_instructions(uint32_t from, uint32_t to) {

@@ -3,9 +3,9 @@
 
 #include "semihosting.h"
 
-#define CPACR (*(volatile uint32_t *)0xE000ED88u) /* Armv7-M ARM B3.2.20 */
+#define CPACR                 (*(volatile uint32_t *)0xE000ED88u) /* Armv7-M ARM B3.2.20 */
 #define CPACR_FPU_FULL_ACCESS (0xFu << 20)
-#define EXIT_EXCEPTION 99
+#define EXIT_EXCEPTION        99
 
 extern uint32_t linker_data_start[], linker_data_end[], linker_data_load[];
 extern uint32_t linker_bss_start[], linker_bss_end[], linker_stack_top[];
@@ -39,7 +39,7 @@ typedef union {
 } vector_t;
 
 __attribute__((section(".vectors"), used)) static const vector_t vectors[16] = {
-    {.stack = linker_stack_top}, {.handler = reset_handler},     {.handler = exception_handler},
+    {.stack = linker_stack_top},    {.handler = reset_handler},     {.handler = exception_handler},
     {.handler = exception_handler}, {.handler = exception_handler}, {.handler = exception_handler},
     {.handler = exception_handler}, {.handler = exception_handler}, {.handler = exception_handler},
     {.handler = exception_handler}, {.handler = exception_handler}, {.handler = exception_handler},

@@ -17,8 +17,8 @@ typedef struct {
 
 __attribute__((section(".noinit"))) static record_t record;
 
-static const char *const NAMES[FAULT_COUNT] = {"none",       "undefined instruction", "supervisor call", "prefetch abort",
-                                               "data abort", "interrupt",             "fast interrupt"};
+static const char *const NAMES[FAULT_COUNT] = {
+    "none", "undefined instruction", "supervisor call", "prefetch abort", "data abort", "interrupt", "fast interrupt"};
 
 static void log_field(const char *name, uint32_t value) {
     log_text(name);

@@ -5,12 +5,12 @@
 /* PMSAv7 (Armv7-R ARM B5): a region is a power of two in size and aligned to it; of overlapping ones the highest
  * number decides; what no region covers faults, since the background region stays off. */
 enum {
-    READ_WRITE = 1u << 8,         /* DRACR.AP 001, privileged only */
-    READ_ONLY = 5u << 8,          /* 101 */
+    READ_WRITE = 1u << 8, /* DRACR.AP 001, privileged only */
+    READ_ONLY = 5u << 8,  /* 101 */
     NO_ACCESS = 0u,
-    EXECUTE_NEVER = 1u << 12,     /* DRACR.XN */
-    NORMAL = 1u << 3,             /* TEX 001, C 0, B 0: normal memory, not cached (it is tightly coupled) */
-    DEVICE = 1u << 0,             /* TEX 000, C 0, B 1: shared device */
+    EXECUTE_NEVER = 1u << 12, /* DRACR.XN */
+    NORMAL = 1u << 3,         /* TEX 001, C 0, B 0: normal memory, not cached (it is tightly coupled) */
+    DEVICE = 1u << 0,         /* TEX 000, C 0, B 1: shared device */
     REGION_ENABLE = 1u,
     SCTLR_MPU = 1u << 0
 };

@@ -23,22 +23,22 @@ enum {
     UART_CR_TXE = 1u << 8
 };
 
-#define CAN0_BASE 0xFF060000u
-#define CAN_SRR    REGISTER(CAN0_BASE + 0x00u) /* software reset, enable */
-#define CAN_MSR    REGISTER(CAN0_BASE + 0x04u) /* mode select */
-#define CAN_BRPR   REGISTER(CAN0_BASE + 0x08u) /* arbitration phase prescaler */
-#define CAN_BTR    REGISTER(CAN0_BASE + 0x0Cu)
-#define CAN_ISR    REGISTER(CAN0_BASE + 0x1Cu) /* interrupt status: sticky, read without any interrupt */
-#define CAN_ICR    REGISTER(CAN0_BASE + 0x24u) /* writing a one clears the ISR bit */
-#define CAN_DPBRPR REGISTER(CAN0_BASE + 0x88u) /* data phase prescaler, transmitter delay compensation */
-#define CAN_DPBTR  REGISTER(CAN0_BASE + 0x8Cu)
-#define CAN_TRR    REGISTER(CAN0_BASE + 0x90u) /* transmit request, a bit a buffer */
-#define CAN_TCR    REGISTER(CAN0_BASE + 0x98u) /* cancel request */
-#define CAN_AFR    REGISTER(CAN0_BASE + 0xE0u) /* acceptance filters in use */
-#define CAN_FSR    REGISTER(CAN0_BASE + 0xE8u) /* receive FIFO 0: read index, fill level, increment */
-#define CAN_AFMR(n) REGISTER(CAN0_BASE + 0xA00u + 8u * (n)) /* filter mask */
-#define CAN_AFIR(n) REGISTER(CAN0_BASE + 0xA04u + 8u * (n)) /* filter id */
-#define CAN_TX_BUFFER(n) (CAN0_BASE + 0x100u + 0x48u * (n)) /* id, dlc, 16 words of data, first byte on top */
+#define CAN0_BASE        0xFF060000u
+#define CAN_SRR          REGISTER(CAN0_BASE + 0x00u) /* software reset, enable */
+#define CAN_MSR          REGISTER(CAN0_BASE + 0x04u) /* mode select */
+#define CAN_BRPR         REGISTER(CAN0_BASE + 0x08u) /* arbitration phase prescaler */
+#define CAN_BTR          REGISTER(CAN0_BASE + 0x0Cu)
+#define CAN_ISR          REGISTER(CAN0_BASE + 0x1Cu) /* interrupt status: sticky, read without any interrupt */
+#define CAN_ICR          REGISTER(CAN0_BASE + 0x24u) /* writing a one clears the ISR bit */
+#define CAN_DPBRPR       REGISTER(CAN0_BASE + 0x88u) /* data phase prescaler, transmitter delay compensation */
+#define CAN_DPBTR        REGISTER(CAN0_BASE + 0x8Cu)
+#define CAN_TRR          REGISTER(CAN0_BASE + 0x90u)             /* transmit request, a bit a buffer */
+#define CAN_TCR          REGISTER(CAN0_BASE + 0x98u)             /* cancel request */
+#define CAN_AFR          REGISTER(CAN0_BASE + 0xE0u)             /* acceptance filters in use */
+#define CAN_FSR          REGISTER(CAN0_BASE + 0xE8u)             /* receive FIFO 0: read index, fill level, increment */
+#define CAN_AFMR(n)      REGISTER(CAN0_BASE + 0xA00u + 8u * (n)) /* filter mask */
+#define CAN_AFIR(n)      REGISTER(CAN0_BASE + 0xA04u + 8u * (n)) /* filter id */
+#define CAN_TX_BUFFER(n) (CAN0_BASE + 0x100u + 0x48u * (n))      /* id, dlc, 16 words of data, first byte on top */
 #define CAN_RX_BUFFER(n) (CAN0_BASE + 0x2100u + 0x48u * (n))
 
 enum {

@@ -1,4 +1,5 @@
-/* provoke: an image of the Versal board that permits motion, then does what PROVOKE says. What must follow is a stop. */
+/* provoke: an image of the Versal board that permits motion, then does what PROVOKE says. What must follow is a stop.
+ */
 #include "board.h"
 #include "log.h"
 

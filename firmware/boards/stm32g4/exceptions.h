@@ -1,0 +1,11 @@
+/* exceptions: whatever the processor did not expect ends in a stop: the permission pin goes low, a record is kept over
+ * the reset that the watchdog then makes, nothing more is sent. */
+#ifndef TAUPERP_STM32G4_EXCEPTIONS_H
+#define TAUPERP_STM32G4_EXCEPTIONS_H
+
+/* Tells the log about a fault recorded before this start, once. */
+void fault_log_recorded(void);
+
+_Noreturn void fault_stop(void);
+
+#endif
