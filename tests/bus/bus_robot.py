@@ -12,7 +12,7 @@ from tauperp.wire import Receiver, Sender, Wire
 
 POSE_RAD = np.array([0.2, 0.5, -0.3, 0.9, 0.1, 0.6, 0.0])
 STOP_COMMAND, STATUS, INDEX = 0x010, 0x200, 0x201
-ANSWER_TIMEOUT_S = 3.0
+PATIENCE_S = 3.0  # for the answer to a cycle
 
 Fault = Callable[[int, list[can.Message]], Sequence[can.Message]]  # cycle, its frames -> what gets to the bus
 
@@ -42,6 +42,7 @@ class Robot:
         self.torque_nm = Core(configuration.robot, config=configuration).terms(POSE_RAD, 0 * POSE_RAD).gravity
         self.answer: dict[str, float] | None = None  # the newest StopCommand that passed its check
         self.permitted = False
+        self.patience_s = PATIENCE_S
         self.log: list[bool] = []  # permitted, by cycle
         self.bus = bus
         self.fault = fault
@@ -66,7 +67,7 @@ class Robot:
         frames = self.frames()
         for frame in frames if self.fault is None else self.fault(self.cycle, frames):
             self.bus.send(frame)
-        self._hear(ANSWER_TIMEOUT_S if wait else 0.0)
+        self._hear(self.patience_s if wait else 0.0)
         self.log.append(self.permitted)
         self.cycle += 1
         return self.permitted

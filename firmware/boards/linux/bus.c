@@ -25,12 +25,18 @@ typedef union {
     unsigned char bytes[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
 } ancillary_t;
 
+static struct can_filter only(uint32_t id) {
+    return (struct can_filter){.can_id = id, .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG};
+}
+
 static bool set_filters(int fd) {
-    struct can_filter filters[PROTOCOL_RECEIVE_COUNT];
+    struct can_filter filters[(size_t)PROTOCOL_RECEIVE_COUNT + (size_t)PROTOCOL_TRANSMIT_COUNT];
+    /* Remote requests for these ids pass: the guard counts what is wrong with them. */
     for (size_t slot = 0; slot < (size_t)PROTOCOL_RECEIVE_COUNT; slot++) {
-        /* Remote requests for these ids pass: the guard counts what is wrong with them. */
-        filters[slot] =
-            (struct can_filter){.can_id = protocol_receive[slot].id, .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG};
+        filters[slot] = only(protocol_receive[slot].id);
+    }
+    for (size_t slot = 0; slot < (size_t)PROTOCOL_TRANSMIT_COUNT; slot++) {
+        filters[(size_t)PROTOCOL_RECEIVE_COUNT + slot] = only(protocol_transmit[slot].id);
     }
     const can_err_mask_t errors = CAN_ERR_MASK;
     const int on = 1;

@@ -1,7 +1,8 @@
 /* bus: one raw SocketCAN socket, as the guard needs it.
  *
- * The kernel hands over only the ids of protocol.h's table and error frames, each with its time of reception; frames
- * that this socket sent are not received again (CAN_RAW_RECV_OWN_MSGS is 0, its default, and set all the same). CAN FD
+ * The kernel hands over only the ids of protocol.h's tables and error frames, each with its time of reception; frames
+ * that this socket sent are not received again (CAN_RAW_RECV_OWN_MSGS is 0, its default, and set all the same). So a
+ * frame with one of the guard's own ids is another guard's. CAN FD
  * reception is always on, so that a frame of the wrong format is seen, refused and counted by the guard. A remote
  * request or 29-bit frame is likewise let through or kept out by its id alone.
  *

@@ -1,0 +1,360 @@
+"""What can happen to frames between robot and guard (the list of IEC 61784-3), and what the guard makes of it.
+
+The guard's process runs in lockstep, so latencies are whole cycles. A fault begins while motion is permitted, lasts,
+and ends; nobody asks for a reset. Corrupted and forged readings claim 50 Nm more: one that is used is a collision.
+The table goes to out/bus/faults.json.
+"""
+
+import dataclasses
+import json
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import bus_guard
+import bus_robot
+import can
+import pytest
+from bus_robot import Fault, Robot, copy_of, open_channel
+from conftest import Start, run
+
+from tauperp.config import Configuration
+from tauperp.files import write_atomically
+from tauperp.wire import Wire
+
+WARM_UP = 130  # cycles: permission comes after 100 good ones
+LONG, LONGER = 7, 12  # cycles: beyond the deadline of a reading, and beyond every deadline
+AFTER = 8
+PATIENCE_S = 0.6  # for an answer while a fault lasts
+JOINT_DEADLINE, TASK_DEADLINE = 4, 8  # cycles, of the DBC
+SYNC, TASK, JOINT_2, JOINT_3 = 0, 1, 3, 4  # places in a cycle's frames
+
+CANGW_CORRUPT = f"XOR:D:0.0.0.0000000000008813{'00' * 56}"  # torque of the frame: + 50 Nm or so
+CANGW_READDRESS = f"SET:I:103.0.0.{'00' * 64}"
+
+
+@dataclass
+class Row:
+    fault: str
+    how: str
+    reaction: str  # the reason of the stop, or "none"
+    latency_cycles: int | None  # answers that still permitted motion after the fault began; None: it went on
+    counted: dict[str, int]  # of the guard's counters, those that moved
+    permitted_on_bad_input: int  # answers; must be 0
+
+
+ROWS: list[Row] = []
+
+
+@pytest.fixture(scope="module", autouse=True)
+def table() -> Iterator[None]:
+    yield
+    path = bus_guard.ROOT / "out" / "bus" / "faults.json"
+    write_atomically(path, json.dumps([dataclasses.asdict(row) for row in ROWS], indent=2) + "\n")
+    print(f"\n{'fault':<44}{'reaction':<15}{'cycles':>6}  counted")
+    for row in ROWS:
+        latency = "-" if row.latency_cycles is None else str(row.latency_cycles)
+        counted = ", ".join(f"{name} {count}" for name, count in row.counted.items())
+        print(f"{row.fault:<44}{row.reaction:<15}{latency:>6}  {counted}")
+
+
+# --- faults: the frames of a cycle -> what gets to the guard ----------------------------------------------------------
+
+
+def changed(place: int, change: Callable[[can.Message], Sequence[can.Message]]) -> Fault:
+    return lambda _, frames: [*frames[:place], *change(frames[place]), *frames[place + 1 :]]
+
+
+def lost(place: int) -> Fault:
+    return changed(place, lambda _: [])
+
+
+def flipped(frame: can.Message) -> can.Message:
+    """Torque + 50 Nm (0x1388 steps of 0.01 Nm), CRC as it was."""
+    data = bytearray(frame.data)
+    torque = int.from_bytes(data[6:8], "little", signed=True) + 5000
+    data[6:8] = torque.to_bytes(2, "little", signed=True)
+    return copy_of(frame, data=bytes(data))
+
+
+def corrupted_everywhere(_: int, frames: list[can.Message]) -> list[can.Message]:
+    return [copy_of(frame, data=bytes([frame.data[0] ^ 0x5A, *frame.data[1:]])) for frame in frames]
+
+
+class Delayed:
+    """Joint 3's frame gets there in the next cycle, after its Sync."""
+
+    def __init__(self) -> None:
+        self._late: list[can.Message] = []
+
+    def __call__(self, _: int, frames: list[can.Message]) -> list[can.Message]:
+        out = [*frames[:2], *self._late, *frames[2:JOINT_3], *frames[JOINT_3 + 1 :]]
+        self._late = [frames[JOINT_3]]
+        return out
+
+
+class Stale:
+    """A frame of five cycles before comes again, before each one of joint 3."""
+
+    def __init__(self) -> None:
+        self._old: list[can.Message] = []
+
+    def __call__(self, _: int, frames: list[can.Message]) -> list[can.Message]:
+        self._old.append(frames[JOINT_3])
+        stale = self._old[-6:-5]
+        return [*frames[:JOINT_3], *stale, *frames[JOINT_3:]]
+
+
+def early(_: int, frames: list[can.Message]) -> list[can.Message]:
+    return [frames[JOINT_3], *frames[:JOINT_3], *frames[JOINT_3 + 1 :]]
+
+
+def joints_backwards(_: int, frames: list[can.Message]) -> list[can.Message]:
+    return [*frames[:2], *reversed(frames[2:])]
+
+
+def classic(frame: can.Message) -> list[can.Message]:
+    return [can.Message(arbitration_id=frame.arbitration_id, is_extended_id=False, data=frame.data)]
+
+
+def with_length(length: int) -> Callable[[can.Message], list[can.Message]]:
+    return lambda frame: [copy_of(frame, data=bytes(frame.data[:length]).ljust(length, b"\0"))]
+
+
+def remote(frame: can.Message) -> list[can.Message]:
+    return [can.Message(arbitration_id=frame.arbitration_id, is_extended_id=False, is_remote_frame=True, dlc=8)]
+
+
+CASES: dict[str, tuple[Fault | Callable[[], Fault], str, int | None, str]] = {
+    # fault: (what it does, the reason that ends the permission, at the latest after how many answers, a counter)
+    "corruption of a reading": (changed(JOINT_3, lambda f: [flipped(f)]), "JointTimeout", JOINT_DEADLINE, "crc_errors"),
+    "corruption of Sync": (changed(SYNC, lambda f: [flipped_sync(f)]), "SyncTimeout", JOINT_DEADLINE, "crc_errors"),
+    "corruption of every frame": (corrupted_everywhere, "SyncTimeout", JOINT_DEADLINE, "crc_errors"),
+    "loss of a reading": (lost(JOINT_3), "JointTimeout", JOINT_DEADLINE, ""),
+    "loss of Sync": (lost(SYNC), "SyncTimeout", JOINT_DEADLINE, ""),
+    "loss of TaskCommand": (lost(TASK), "TaskTimeout", TASK_DEADLINE, ""),
+    "unacceptable delay of a reading": (Delayed, "JointTimeout", JOINT_DEADLINE, "late_frames"),
+    "unintended repetition of a reading": (changed(JOINT_3, lambda f: [f, f]), "none", None, "sequence_errors"),
+    "repetition of every frame": (lambda _, frames: [f for f in frames for _ in "12"], "none", None, "sequence_errors"),
+    "repetition of an old reading": (Stale, "JointTimeout", JOINT_DEADLINE + 5, "sequence_errors"),
+    "insertion of a forged reading": (changed(JOINT_3, lambda f: [flipped(f), f]), "none", None, "crc_errors"),
+    "insertion of a joint that is not there": (
+        changed(JOINT_3, lambda f: [f, copy_of(f, id=0x108)]), "none", None, "format_errors",
+    ),
+    "incorrect sequence: reading before Sync": (early, "JointTimeout", JOINT_DEADLINE, "late_frames"),
+    "incorrect sequence: joints backwards": (joints_backwards, "none", None, ""),
+    "masquerade: joint 2 as joint 3": (
+        lambda _, frames: [*frames[:JOINT_3], copy_of(frames[JOINT_2], id=0x103), *frames[JOINT_3 + 1 :]],
+        "JointTimeout", JOINT_DEADLINE, "crc_errors",
+    ),
+    "addressing: joint 3 as TaskCommand": (
+        changed(JOINT_3, lambda f: [copy_of(f, id=0x040)]), "JointTimeout", JOINT_DEADLINE, "crc_errors",
+    ),
+    "too short": (changed(JOINT_3, with_length(7)), "JointTimeout", JOINT_DEADLINE, "format_errors"),
+    "too long": (changed(JOINT_3, with_length(12)), "JointTimeout", JOINT_DEADLINE, "format_errors"),
+    "wrong format: classic CAN": (changed(JOINT_3, classic), "JointTimeout", JOINT_DEADLINE, "format_errors"),
+    "remote request": (changed(JOINT_3, remote), "JointTimeout", JOINT_DEADLINE, "format_errors"),
+}  # fmt: skip
+
+
+def flipped_sync(frame: can.Message) -> can.Message:
+    return copy_of(frame, data=bytes([*frame.data[:2], frame.data[2] ^ 1, frame.data[3]]))
+
+
+# --- one fault --------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Run:
+    """What came of it."""
+
+    log: list[bool]  # permitted, from the fault's first cycle on
+    reason: str
+    end: bus_guard.Event
+
+    @property
+    def latency(self) -> int | None:
+        return self.log.index(False) if False in self.log else None
+
+
+def run_fault(process: bus_guard.GuardProcess, robot: Robot, fault: Fault | None, cycles: int) -> Run:
+    robot.steps(WARM_UP)
+    assert robot.permitted
+    lines = len(process.events())
+    robot.fault, robot.patience_s = fault, PATIENCE_S
+    log = robot.steps(cycles)
+    robot.fault = None
+    log += robot.steps(AFTER)
+    stops = [event for event in process.events()[lines:] if event["event"] == "state" and not event["permitted"]]
+    return Run(log, stops[0]["reason"] if stops else "none", process.end())
+
+
+def add_row(name: str, how: str, result: Run, bad: int) -> None:
+    names = ("crc_errors", "sequence_errors", "lost_frames", "range_errors", "format_errors", "late_frames")
+    counted = {name: result.end[name] for name in names if result.end[name]}
+    ROWS.append(Row(name, how, result.reason, result.latency, counted, bad))
+
+
+def permitted_on_bad_input(result: Run, tolerated: int | None) -> int:
+    """Answers with permission after the last input that was good is too old, or after the trip."""
+    return 0 if tolerated is None else sum(result.log[tolerated:])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_lasting_fault_of_the_wire(
+    start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, name: str
+) -> None:
+    fault, reason, tolerated, counter = CASES[name]
+    cycles = LONGER if tolerated is not None and tolerated > JOINT_DEADLINE else LONG
+    process = start(configuration, "--lockstep")
+    robot = Robot(configuration, wire, bus)
+    result = run_fault(process, robot, fault() if isinstance(fault, type) else fault, cycles)
+    bad = permitted_on_bad_input(result, tolerated)
+    add_row(name, "fault node", result, bad)
+    assert result.reason == reason
+    assert bad == 0
+    assert (result.latency is None) == (reason == "none")
+    if counter:
+        assert result.end[counter] >= cycles - 1
+    if reason == "none":
+        assert all(result.log)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "corruption of a reading",
+        "loss of a reading",
+        "unacceptable delay of a reading",
+        "too short",
+        "corruption of Sync",
+    ],
+)
+def test_one_bad_frame_is_dropped_and_counted_and_stops_nothing(
+    start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, name: str
+) -> None:
+    fault = CASES[name][0]
+    process = start(configuration, "--lockstep")
+    robot = Robot(configuration, wire, bus)
+    result = run_fault(process, robot, fault() if isinstance(fault, type) else fault, 1)
+    assert all(result.log[1:]), result
+    assert result.reason == "none"
+    assert result.end["trips"] == 1  # the end of the process
+
+
+def test_a_corrupted_cycle_of_all_frames_is_survived(
+    start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
+    process = start(configuration, "--lockstep")
+    result = run_fault(process, Robot(configuration, wire, bus), corrupted_everywhere, 1)
+    assert result.reason == "none"
+    assert result.end["crc_errors"] == 9
+
+
+@pytest.mark.parametrize(
+    ("name", "rules", "reason"),
+    [
+        ("corruption, by cangw", [["-f", "103:7FF", "-M", CANGW_CORRUPT]], "JointTimeout"),
+        ("loss, by cangw", [], "JointTimeout"),
+        ("masquerade, by cangw", [["-f", "102:7FF", "-M", CANGW_READDRESS]], "JointTimeout"),
+    ],
+)
+def test_a_gateway_that_corrupts_loses_or_readdresses(
+    start: Start, configuration: Configuration, wire: Wire, vcan1: str, name: str, rules: list[list[str]], reason: str
+) -> None:
+    """Robot on vcan1, guard on vcan0, the kernel's CAN gateway between them."""
+    to_guard = ["cangw", "-A", "-s", vcan1, "-d", "vcan0", "-X", "-e"]
+    run(*to_guard, "-f", "103~7FF")
+    run(*to_guard, "-f", "103:7FF")
+    run("cangw", "-A", "-s", "vcan0", "-d", vcan1, "-X", "-e", "-f", "10:7FF")
+    process = start(configuration, "--lockstep")
+    with open_channel(vcan1) as bus:
+        robot = Robot(configuration, wire, bus)
+        robot.steps(WARM_UP)
+        assert robot.permitted
+        lines = len(process.events())
+        run("cangw", "-D", "-s", vcan1, "-d", "vcan0", "-X", "-e", "-f", "103:7FF")
+        for rule in rules:
+            run(*to_guard, *rule)
+        log = robot.steps(LONG)
+    stops = [event for event in process.events()[lines:] if event["event"] == "state" and not event["permitted"]]
+    result = Run(log, stops[0]["reason"], process.end())
+    bad = permitted_on_bad_input(result, JOINT_DEADLINE)
+    add_row(name, "cangw", result, bad)
+    assert (result.reason, bad) == (reason, 0)
+    if rules:
+        assert result.end["crc_errors"] >= LONG
+
+
+# --- the bus as a whole -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "id"), [("babbling node, highest priority", "000"), ("babbling node, with a joint's id", "103")]
+)
+def test_a_babbling_node_at_full_load(
+    start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, name: str, id: str
+) -> None:
+    bus.set_filters([{"can_id": bus_robot.STOP_COMMAND, "can_mask": 0x7FF}])
+    process = start(configuration, "--lockstep", program=bus_guard.RELEASE)
+    robot = Robot(configuration, wire, bus)
+    robot.steps(WARM_UP)
+    assert robot.permitted
+    lines = len(process.events())
+    robot.patience_s = PATIENCE_S
+    babble = subprocess.Popen(["cangen", "vcan0", "-g", "0", "-i", "-f", "-b", "-I", id, "-L", "8", "-D", "r"])
+    try:
+        log = robot.steps(20)
+    finally:
+        babble.terminate()
+        babble.wait()
+    log += robot.steps(AFTER)
+    stops = [event for event in process.events()[lines:] if event["event"] == "state" and not event["permitted"]]
+    result = Run(log, stops[0]["reason"] if stops else "none", process.end())
+    tripped = log.index(False) if False in log else len(log)
+    bad = sum(log[tripped:])
+    add_row(name, "cangen", result, bad)
+    assert bad == 0
+    if id == "000":
+        assert result.reason == "none"
+        assert result.end["crc_errors"] == 0, "the kernel keeps foreign ids"
+    else:
+        assert result.end["crc_errors"] > 100
+
+
+@pytest.mark.parametrize("cycles_between", [0, 1, 5])
+def test_a_second_guard_on_the_bus(
+    start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, cycles_between: int
+) -> None:
+    """Whatever the counters of the two make the robot believe: each hears the other, and neither permits."""
+    process = start(configuration, "--lockstep")
+    robot = Robot(configuration, wire, bus)
+    robot.steps(WARM_UP + cycles_between)
+    assert robot.permitted
+    second = start(configuration, "--lockstep")
+    robot.patience_s = 0.05  # for answers that mostly fail the robot's check
+    log = robot.steps(LONG)
+    robot.ask_for_reset(0, 1)
+    robot.steps(1)
+    robot.ask_for_reset(1, 1)
+    log += robot.steps(WARM_UP)
+    process.wait_for_bus("another guard answers on this bus")
+    second.wait_for_bus("another guard answers on this bus")
+    stop = process.wait_for_state("Stopped")
+    result = Run(log, stop["reason"], process.end())
+    bad = sum(log[1:])
+    if cycles_between == 0:
+        add_row("a second guard on the bus", "a second process", result, bad)
+    assert (result.reason, bad) == ("BusDown", 0)
+    assert second.end()["permits"] == 0
+
+
+def test_two_guards_that_start_together_permit_nothing(
+    start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
+    """Their frames are the same to the last bit, so that no check of the robot's could find them."""
+    processes = [start(configuration, "--lockstep") for _ in "12"]
+    robot = Robot(configuration, wire, bus)
+    robot.patience_s = 0.05
+    assert not any(robot.steps(WARM_UP))
+    assert [process.end()["permits"] for process in processes] == [0, 0]
