@@ -30,6 +30,7 @@ from tauperp.sim.virtual import LockstepBus
 EXPERIMENTS = ("payload", "contact")
 SETTLE_GAINS = 5.0  # times 1 / K
 FAULT_AFTERMATH_S = 1.0  # a stop that long after a sensor fault is still its doing
+DETECTIONS = (Reason.COLLISION, Reason.INPUT_RANGE)
 FREE_INDEX_LIMIT_NM = 0.5  # an experiment's verdict: no more than this without a collision
 
 
@@ -131,7 +132,8 @@ def judge(scenario: Scenario, trace: Trace, guard: Guard) -> dict[str, Any]:
 
 
 def _collision(contact: Contact, trace: Trace, settle_s: float) -> dict[str, Any]:
-    """One strike. Detected: motion was stopped for a collision while it was under way."""
+    """One strike. Detected: motion was stopped while it was under way, by the index (reason COLLISION) or because the
+    blow drove a sensor out of its range (INPUT_RANGE)."""
     record = contact.record
     begin, end = record.contact_s, record.release_s
     if begin is None or end is None:
@@ -143,7 +145,9 @@ def _collision(contact: Contact, trace: Trace, settle_s: float) -> dict[str, Any
             "detected": False,
             "peak_force_n": 0.0,
         }
-    stop = next((one for one in trace.stops if _for_collision(one) and begin <= one.time_s <= end + settle_s), None)
+    stop = next(
+        (one for one in trace.stops if one.reason in DETECTIONS and begin <= one.time_s <= end + settle_s), None
+    )
     return {
         "link": record.link,
         "contact_s": round(begin, 6),
@@ -153,6 +157,7 @@ def _collision(contact: Contact, trace: Trace, settle_s: float) -> dict[str, Any
         "peak_force_n": round(record.peak_force_n, 2),
         "part": contact.strike.part,
         "joint": None if stop is None else stop.joint,
+        "reason": None if stop is None else Reason(stop.reason).name,
         "standstill_s": None if stop is None or stop.standstill_s is None else round(stop.standstill_s, 6),
     }
 
@@ -168,10 +173,6 @@ def _stop(stop: Stop, scenario: Scenario, trace: Trace, settle_s: float) -> dict
             cause = "collision"
     reason = "SILENCE" if stop.reason == 0 else Reason(stop.reason).name
     return {"time_s": round(stop.time_s, 6), "reason": reason, "joint": stop.joint, "cause": cause}
-
-
-def _for_collision(stop: Stop) -> bool:
-    return stop.reason == Reason.COLLISION
 
 
 def _residual_alone(trace: Trace, free: np.ndarray) -> dict[str, Any]:

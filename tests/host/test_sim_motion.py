@@ -132,6 +132,21 @@ def test_from_brakes_it_comes_back_and_finishes() -> None:
     assert np.linalg.norm(robot.tip - (TIP + np.array((0.0, 0.3, 0.1)))) < 2e-3
 
 
+def test_pushed_far_off_it_brakes_instead_of_fighting() -> None:
+    robot = Robot(Wait(5.0))
+    robot.run(ALLOWED, 0.5)
+    robot.arm.push_tip(np.array([0.0, 0.0, -2000.0]), np.zeros(3))  # more than the motors can hold
+    for _ in range(500):
+        robot.run(ALLOWED, PERIOD_S)
+        if robot.motion.brakes:
+            break
+    assert robot.motion.brakes
+    robot.arm.push_tip(np.zeros(3), np.zeros(3))
+    velocity = robot.run(ALLOWED, 1.0)
+    assert np.abs(velocity[-50:]).max() < 0.05
+    assert not robot.motion.brakes
+
+
 def test_waiting_goes_on_where_it_was_interrupted() -> None:
     robot = Robot(Wait(1.0))
     robot.run(ALLOWED, 0.6)

@@ -24,6 +24,8 @@ from tauperp.sim.trajectory import Limits, Planner, Trajectory
 Vector = NDArray[np.float64]
 
 PATH_S = 3.0  # how far back the robot remembers the way it came
+FOLLOWING_ERROR_RAD = 0.15  # a drive that is so far behind is not in control any more: brakes
+AT_REST_RAD_S = 0.02
 RETURN_S = 1.5  # in which impedance control takes the tip back to where it was to be held
 
 
@@ -154,9 +156,18 @@ class Motion:
             self._go_on(sample)
         else:
             self._heed(permit, sample)
+        if self._lost(sample):
+            self._position_control.reset()
+            self._enter(Mode.BRAKED)
         torque = self._torque(sample)
         self._advance(sample)
         return torque
+
+    def _lost(self, sample: JointSample) -> bool:
+        """Pushed too far off its reference, as a weak arm with saturated motors may be."""
+        if self.mode is Mode.BRAKED or self._impedance is not None:
+            return False
+        return bool(np.max(np.abs(self._reference(sample)[0] - sample.position)) > FOLLOWING_ERROR_RAD)
 
     def _heed(self, permit: Permit, sample: JointSample) -> None:
         """No permission: stop, the way that is asked for; a stricter category may come while it stops."""
@@ -173,7 +184,7 @@ class Motion:
             self._category = min(self._category, permit.category)
 
     def _go_on(self, sample: JointSample) -> None:
-        if self.mode is Mode.BRAKED:
+        if self.mode is Mode.BRAKED and np.max(np.abs(sample.velocity)) < AT_REST_RAD_S:
             self._rest = sample.position.copy()
             self._enter(Mode.READY)
         if self.mode is not Mode.READY:
