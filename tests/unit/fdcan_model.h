@@ -103,13 +103,17 @@ static can_frame_t buffered(uint32_t buffer) {
     return frame;
 }
 
-/* The bus is free for one frame after the other: what is pending goes out, the lowest id first. */
+static bool goes_before(uint32_t buffer, uint32_t other) {
+    const bool queue = (model.txbc & TXBC_TFQM) != 0u; /* else they go out in the order of their numbers */
+    return queue ? (buffered(buffer).id < buffered(other).id) : (buffer < other);
+}
+
+/* The bus is free for one frame after the other. */
 static void bus_transmit(void) {
     while ((model.pending != 0u) && ((model.control & CCCR_INIT) == 0u) && !model.stalled) {
         uint32_t best = BUFFER_COUNT;
         for (uint32_t b = 0; b < BUFFER_COUNT; ++b) {
-            if (((model.pending & (1u << b)) != 0u) &&
-                ((best == BUFFER_COUNT) || (buffered(b).id < buffered(best).id))) {
+            if (((model.pending & (1u << b)) != 0u) && ((best == BUFFER_COUNT) || goes_before(b, best))) {
                 best = b;
             }
         }
@@ -228,7 +232,8 @@ static void bus_receive(const can_frame_t *frame, uint32_t length_code) {
     word |= ((frame->flags & CAN_FRAME_FD) != 0u) ? (1u << 21) : 0u;
     word |= ((frame->flags & CAN_FRAME_BRS) != 0u) ? (1u << 20) : 0u;
     memcpy(&model.ram[element + 4u], &word, 4u);
-    memcpy(&model.ram[element + 8u], frame->data, 8u);
+    memcpy(&model.ram[element + 8u], frame->data,
+           (frame->length < 8u) ? frame->length : 8u); /* the rest stays as it was */
     ++fifo->fill;
 }
 

@@ -24,6 +24,7 @@ static void hear(uint32_t id, uint8_t length, uint32_t flags) {
 
 void setUp(void) {
     memset(&model, 0, sizeof(model));
+    memset(model.ram, 0xEE, sizeof(model.ram));
     model.control = CCCR_INIT; /* as after reset */
     can_init(FORMAT_FD);
 }

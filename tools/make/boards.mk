@@ -72,7 +72,7 @@ firmware: ## build an image: make firmware BOARD=versal_r5|stm32g4 ROBOT=ku_dex 
 	@$(MAKE) -j $(JOBS) $(IMAGE)
 	@$(CROSS)size $(IMAGE)
 
-$(IMAGE_BLOCK): $(VENV_STAMP) dbc/tauperp.dbc FORCE
+$(IMAGE_BLOCK): $(if $(BLOCK),$(BLOCK),$(VENV_STAMP) dbc/tauperp.dbc) FORCE
 	@mkdir -p $(@D)
 	@$(if $(BLOCK),cp $(BLOCK) $@.new,$(TAUPERP) config $(CONFIG) $(IMAGE_ROBOT) --numeric $(BLOCK_NUMERIC_$(NUMERIC)) -o $@.new >/dev/null)
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
@@ -131,3 +131,13 @@ $(BUILD)/target/%.elf: tests/target/faults/provoke.c $(FAULT_OBJECTS) firmware/b
 	    -T firmware/boards/versal_r5/versal_r5.ld -o $@ $< $(FAULT_OBJECTS) $(LIBRARIES)
 
 include tools/bench/bench.mk
+
+.PHONY: flash
+flash: ## write an image to a board on the desk: make flash BOARD=stm32g4 (openocd or st-flash)
+	@case $(BOARD) in stm32g4) ;; *) echo "make flash: BOARD=stm32g4 is the one that can be flashed from here" >&2; exit 2;; esac
+	@$(MAKE) firmware BOARD=$(BOARD)
+	@if command -v openocd >/dev/null; then \
+	    openocd -f interface/stlink.cfg -f target/stm32g4x.cfg -c "program $(IMAGE) verify reset exit"; \
+	elif command -v st-flash >/dev/null; then \
+	    $(CROSS)objcopy -O binary $(IMAGE) $(IMAGE:.elf=.bin) && st-flash --connect-under-reset --reset write $(IMAGE:.elf=.bin) 0x08000000; \
+	else echo "make flash: neither openocd nor st-flash is installed" >&2; exit 2; fi

@@ -22,10 +22,20 @@ bus-test: library venv ## tests on a real vcan0 (this kernel's or User-Mode Linu
 	@if ! tools/vcan true; then $(call skip,$@,the bus tests: no vcan0 to be had here); \
 	    else $(call run_pytest,$@,tests/bus,tools/vcan); fi
 
-test-target: library venv ## tests of the firmware on emulated controllers (QEMU)
+test-target: ## tests of the firmware on emulated controllers (QEMU)
+	@tools/gates test-target target-programs target-bus
+
+# What needs no bus runs beside each other; the experiments run where vcan0 is.
+TARGET_BUS_TESTS := tests/target/test_versal_lockstep.py
+
+target-programs: library venv
 	@if ! tools/toolbox qemu arm; then $(call skip,$@,the target tests: no emulator or ARM compiler); \
-	    elif ! tools/vcan true; then $(call skip,$@,the target tests: no vcan0 to be had here); \
-	    else $(call run_pytest,$@,tests/target,tools/vcan); fi
+	    else $(MAKE) -k -j $(JOBS) unit-images >/dev/null; $(call run_pytest,$@,-n $(JOBS) $(filter-out $(TARGET_BUS_TESTS),$(wildcard tests/target/test_*.py))); fi
+
+target-bus: library venv
+	@if ! tools/toolbox qemu arm; then $(call skip,$@,the experiments on the target: no emulator or ARM compiler); \
+	    elif ! tools/vcan true; then $(call skip,$@,the experiments on the target: no vcan0 to be had here); \
+	    else $(call run_pytest,$@,$(TARGET_BUS_TESTS),tools/vcan); fi
 
 lint: ## strict builds by gcc and clang, formatting, ruff, mypy
 	@tools/gates lint lint-gcc lint-clang lint-format lint-python lint-types

@@ -113,7 +113,6 @@ bool can_answer(const can_frame_t frames[], uint32_t count) {
     for (uint32_t i = 0; i < count; ++i) {
         const uint32_t status = fdcan_read(FDCAN_TXFQS);
         if ((status & TXFQS_TFQF) != 0u) {
-            stuck = true;
             return false;
         }
         const uint32_t index = (status >> TXFQS_PUT_SHIFT) & TXFQS_PUT;
