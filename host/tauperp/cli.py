@@ -28,6 +28,7 @@ COMMANDS = {
     "demo": "both experiments of the paper, one table",
     "run": "run any scenario against the firmware",
     "replay": "send a recording of a real robot through the firmware",
+    "guard": "be the guard on a CAN bus",
     "monitor": "watch the guard and the robot on a bus, live",
 }
 

@@ -42,3 +42,7 @@ $(BUILD)/bus-peer $(BUILD)/bus-soak:
 -include $(BUILD)/object/linux-float/tests/bus/peer.d $(BUILD)/object/linux-float/tests/bus/soak.d
 
 bus-test: guard guard-sanitized $(BUILD)/bus-peer $(BUILD)/bus-soak
+
+.PHONY: bench-can
+bench-can: guard $(BUILD)/bus-peer $(BUILD)/bus-soak library venv ## what the guard's process sustains on vcan; numbers in out/bus/bench.json
+	@tools/vcan $(VENV)/bin/python tools/bench-can $(ARGUMENTS)

@@ -1,0 +1,144 @@
+"""`tauperp guard`: the firmware as a node on a CAN bus."""
+
+import argparse
+import json
+import os
+import signal
+import time
+from typing import NoReturn
+
+import can
+
+from tauperp.bus import add_bus_arguments, open_bus
+from tauperp.config import Configuration, load_configuration
+from tauperp.errors import InputError
+from tauperp.files import build_dir
+from tauperp.firmware import Guard, Reason, Verdict
+
+HELP = """Be the guard on a CAN bus. On SocketCAN this is the native process (build/tauperp-guard); on any other
+interface of python-can it is the firmware's library, by the clock and as fast as Python is. Ends with a last
+StopCommand without permission on SIGTERM or Ctrl-C."""
+
+NATIVE = "socketcan"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("config", metavar="CONFIG", nargs="?", default="default", help="TOML file or shipped preset")
+    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of the configuration's")
+    parser.add_argument("--lockstep", action="store_true", help="guard time is bus time (SocketCAN only)")
+    parser.add_argument("--priority", metavar="N", help="SCHED_FIFO priority, 0 for none (SocketCAN only)")
+    parser.add_argument("--verbose", action="store_true", help="also a line of counters a second (SocketCAN only)")
+    parser.add_argument("--json", action="store_true", help="one JSON object a line instead of text")
+    add_bus_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    configuration = load_configuration(args.config, robot=args.robot)
+    if getattr(args, "interface", None) == NATIVE:
+        _become_native(args, configuration)
+    for option in ("lockstep", "priority", "verbose"):
+        if getattr(args, option):
+            raise InputError(f"--{option} needs the native process: --interface {NATIVE}")
+    with open_bus(args, fd=configuration.settings.wire.format == "fd") as bus:
+        _Node(bus, configuration, args.json).run()
+    return 0
+
+
+def _become_native(args: argparse.Namespace, configuration: Configuration) -> NoReturn:
+    """This process becomes build/tauperp-guard, with the block in memory instead of in a file."""
+    program = build_dir() / "tauperp-guard"
+    channel = getattr(args, "channel", None)
+    if not channel:
+        raise InputError(f"--channel is missing: the network interface, with --interface {NATIVE}")
+    if not program.is_file():
+        raise InputError(f"{program} is missing: make guard")
+    memory = os.memfd_create("block", 0)  # without close-on-exec: the program reads it
+    os.write(memory, configuration.block())
+    command = [str(program), "--channel", channel, "--robot", configuration.robot.name]
+    command += ["--config", f"/proc/self/fd/{memory}"]
+    command += [f"--{option}" for option in ("lockstep", "verbose", "json") if getattr(args, option)]
+    if args.priority is not None:
+        command += ["--priority", args.priority]
+    os.execv(program, command)
+
+
+class _Node:
+    """The library's guard by this machine's monotonic clock; the rules of firmware/boards/linux/loop.h."""
+
+    def __init__(self, bus: can.BusABC, configuration: Configuration, as_json: bool) -> None:
+        self._bus = bus
+        self._guard = Guard(configuration.block())
+        self._configuration = configuration
+        self._json = as_json
+        self._period_us = configuration.period_us
+        tick_deadline_us = configuration.settings.deadline.tick_cycles * self._period_us
+        self._grace_us = min(self._period_us, tick_deadline_us - self._period_us) // 2
+        self._due_us = _now_us()
+        self._told: tuple[int, int, int] | None = None
+        self._ended = False
+
+    def run(self) -> None:
+        """Until SIGTERM or SIGINT."""
+        before = {number: signal.signal(number, self._end) for number in (signal.SIGTERM, signal.SIGINT)}
+        try:
+            self._tell_start()
+            while not self._ended:
+                self._hear()
+            self._guard.trip(Reason.SHUTDOWN)
+            self._tick()
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def _end(self, *_: object) -> None:
+        self._ended = True
+
+    def _hear(self) -> None:
+        """One frame, or the tick that is due without."""
+        left_us = self._due_us - _now_us()
+        frame = self._bus.recv(timeout=left_us * 1e-6) if left_us > 0 else None
+        if frame is not None:
+            self._guard.receive(frame, _now_us())
+            if not self._guard.cycle_complete():
+                return
+        elif _now_us() < self._due_us:
+            return
+        self._tick()
+
+    def _tick(self) -> None:
+        begin_us = _now_us()
+        verdict = self._guard.tick(begin_us)
+        self._guard.note_tick_time(_now_us() - begin_us)
+        try:
+            for frame in verdict.frames:
+                self._bus.send(frame)
+        except can.CanOperationError:
+            self._guard.trip(Reason.BUS_DOWN)
+        self._due_us = begin_us + self._period_us + (self._grace_us if verdict.fresh else 0)
+        self._tell(verdict)
+
+    def _tell_start(self) -> None:
+        block, robot = f"{self._configuration.crc():08x}", self._configuration.robot.name
+        wire = f"{self._configuration.wire.crc:08x}"
+        if self._json:
+            print(json.dumps({"event": "start", "config_crc": block, "wire_crc": wire, "robot": robot}), flush=True)
+        else:
+            print(f"configuration {block}, wire {wire}, {robot}, on {self._bus.channel_info}", flush=True)
+
+    def _tell(self, verdict: Verdict) -> None:
+        """Changes of state."""
+        told = (verdict.state, verdict.reason if verdict.state.name != "WAITING" else 0, verdict.trip_number)
+        if told == self._told:
+            return
+        self._told = told
+        state, reason = verdict.state.name, verdict.reason.name
+        if self._json:
+            line = {"event": "state", "state": state, "reason": reason, "permitted": verdict.permitted}
+            print(json.dumps({**line, "trip": verdict.trip_number, "joint": verdict.joint}), flush=True)
+        else:
+            joint = f", joint {verdict.joint}" if verdict.joint and not verdict.permitted else ""
+            print(f"{state}{'' if verdict.permitted else f': {reason}{joint}'}, trip {verdict.trip_number}", flush=True)
+
+
+def _now_us() -> int:
+    return time.monotonic_ns() // 1000
