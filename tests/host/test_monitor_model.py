@@ -79,6 +79,18 @@ def test_a_frame_that_fails_its_check_changes_nothing_but_a_count() -> None:
     assert traffic(snapshot, "StopCommand").crc_errors == snapshot.total("crc_errors") == 1
 
 
+def test_a_frame_with_a_value_that_cannot_be_is_not_believed() -> None:
+    message = WIRE.message("StopCommand")
+    listening = Listening().hear(TRIPPED)
+    moving = next(frame for frame in listening.feed.frames(MOVING) if frame.arbitration_id == message.id)
+    moving.data[4] = 200  # a reason that is none
+    message.seal(moving.data, moving.data[1])
+    snapshot = listening.one(moving).see()
+    assert snapshot.total("crc_errors") == 0
+    assert traffic(snapshot, "StopCommand").range_errors == 1
+    assert not snapshot.permitted
+
+
 def test_everything_that_the_guard_says_of_itself_is_kept_in_the_words_of_the_dbc() -> None:
     snapshot = Listening().hear(TRIPPED).see()
     told = {name: reading.value for name, reading in snapshot.status.items()}
@@ -121,7 +133,10 @@ def traffic(snapshot: Snapshot, name: str) -> Traffic:
 
 
 def test_rates_are_counted_and_compared_with_the_dbc() -> None:
-    snapshot = Listening().hear(MOVING, 3.0).see()
+    stray = Sender(WIRE, fd=False).frame(
+        "JointState8", {"SensorStatus": 0, "Position": 0.0, "Velocity": 0.0, "Torque": 0.0}, cycle=0
+    )
+    snapshot = Listening().hear(MOVING, 2.2).one(stray).see()
     for name, rate_hz in [("Sync", 500), ("StopCommand", 500), ("JointState7", 500), ("GuardIndex", 250)]:
         one = traffic(snapshot, name)
         assert one.rate_hz == pytest.approx(rate_hz, rel=0.02)
@@ -131,13 +146,15 @@ def test_rates_are_counted_and_compared_with_the_dbc() -> None:
     assert traffic(snapshot, "JointState8").expected_hz is None  # this robot has seven
 
 
-def test_a_joint_that_is_silent_is_missing_and_no_other_message_is() -> None:
-    snapshot = Listening().hear(dataclasses.replace(MOVING, silent_joints=(5,)), 3.0).see()
-    assert [one.name for one in snapshot.traffic if one.missing] == ["JointState5"]
+@pytest.mark.parametrize("joint", [5, 7])  # that it has a seventh, only the guard can tell
+def test_a_joint_that_is_silent_is_missing_and_no_other_message_is(joint: int) -> None:
+    script = dataclasses.replace(MOVING, silent_joints=(joint,))
+    snapshot = Listening().hear(script, 2.2).see()
+    assert [one.name for one in snapshot.traffic if one.missing] == [f"JointState{joint}"]
 
 
 def test_a_slow_bus_is_a_slow_sync_and_nothing_else() -> None:
-    snapshot = Listening().hear(MOVING, 3.0, period_s=0.01).see()
+    snapshot = Listening().hear(MOVING, 2.2, period_s=0.01).see()
     assert [one.name for one in snapshot.traffic if one.missing] == ["Sync"]
     assert traffic(snapshot, "Sync").expected_hz == 500
     assert traffic(snapshot, "GuardStatus").expected_hz == pytest.approx(50, rel=0.05)
@@ -150,12 +167,12 @@ def test_can_fd_is_expected_at_a_thousand_cycles_and_any_bus_at_the_rate_that_is
 
 @pytest.mark.parametrize(("fd", "period_s"), [(False, 0.002), (True, 0.001)])
 def test_the_bus_load_is_the_worst_case_of_what_was_really_sent(fd: bool, period_s: float) -> None:
-    snapshot = Listening(fd=fd).hear(MOVING, 3.0, period_s).see()
+    snapshot = Listening(fd=fd).hear(MOVING, 2.2, period_s).see()
     load = worst_case_load(WIRE, joints=7, rate_hz=1 / period_s, fd=fd)
     resets = worst_case_load(WIRE, joints=7, rate_hz=1 / period_s, fd=fd) - snapshot.load
     assert 0 < resets < 0.06  # worst_case_load counts a GuardReset in every cycle; nobody sent one
     assert snapshot.load == pytest.approx(load, abs=0.06)
-    slower = Listening(fd=fd, bitrate=500_000.0).hear(MOVING, 3.0, period_s).see()
+    slower = Listening(fd=fd, bitrate=500_000.0).hear(MOVING, 2.2, period_s).see()
     assert slower.load > 1.3 * snapshot.load
 
 
@@ -200,6 +217,12 @@ def test_a_trip_that_was_latched_before_says_so() -> None:
 def test_a_guard_that_starts_has_not_stopped_anything() -> None:
     waiting = dataclasses.replace(MOVING, permitted=False, state=2, reason=4)
     assert Listening().hear(waiting).hear(MOVING).see().stops == ()
+
+
+def test_a_guard_that_is_restarted_while_stopped_has_no_trip_of_number_0() -> None:
+    waiting = dataclasses.replace(MOVING, permitted=False, state=2, reason=4, trip=0)
+    (stop,) = Listening().hear(TRIPPED).hear(waiting).see().stops
+    assert stop.trip_number == 7
 
 
 def test_a_permission_that_ends_without_a_trip_is_a_stop_too() -> None:
