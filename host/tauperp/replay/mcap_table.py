@@ -93,7 +93,7 @@ def _messages(path: Path, topics: set[str]) -> Iterator[tuple[str, dict[str, int
     except ImportError as error:
         raise needs_extra(path, "mcap") from error
     channels: dict[int, str] = {}
-    count = 0
+    count, begin_ns = 0, None
     with path.open("rb") as raw:
         try:
             for record in StreamReader(raw, validate_crcs=True, record_size_limit=_RECORD_LIMIT).records:
@@ -103,7 +103,12 @@ def _messages(path: Path, topics: set[str]) -> Iterator[tuple[str, dict[str, int
                     channels[record.id] = record.topic
                 elif isinstance(record, Message) and record.channel_id in channels:
                     content = json.loads(record.data)
-                    stamps = {"log_time": record.log_time, "publish_time": record.publish_time}
+                    # Since 1970 they are more nanoseconds than a float tells apart.
+                    begin_ns = record.log_time if begin_ns is None else begin_ns
+                    stamps = {
+                        "log_time": record.log_time - begin_ns,
+                        "publish_time": record.publish_time - begin_ns,
+                    }
                     count += 1
                     yield channels[record.channel_id], stamps, content
         except InputError:

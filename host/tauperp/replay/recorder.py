@@ -20,6 +20,7 @@ from can.io import MESSAGE_WRITERS
 from tauperp.errors import InputError
 
 _CARRY_FD = (".asc", ".blf", ".log", ".mf4", ".txt")  # python-can's other formats take a CAN FD frame for a classic one
+_GZIP_SUFFIX = ".gz"
 _UNPACKED = (".blf", ".db")  # which it does not write through gzip
 
 Listener = Callable[[can.Message], None]
@@ -40,9 +41,11 @@ def bus_recorder(name: str | Path | None, *, fd: bool) -> Iterator[Listener | No
         return
     path = Path(name)
     _check(path, fd)
-    beside = path.with_name(f".{secrets.token_hex(4)}.{path.name}")  # the suffix stays: it is the format
+    packed = path.suffix.lower() == _GZIP_SUFFIX
+    format_suffix = "".join(path.suffixes[-2 if packed else -1 :])
+    beside = path.with_name(f".{secrets.token_hex(8)}{format_suffix}")
+    writer = _writer(path, beside)
     try:
-        writer = _writer(path, beside)
         try:
             with _between_frames(writer.on_message_received) as listener:
                 yield listener
@@ -61,7 +64,7 @@ def bus_recorder(name: str | Path | None, *, fd: bool) -> Iterator[Listener | No
 
 def _check(path: Path, fd: bool) -> None:
     suffixes = [suffix.lower() for suffix in path.suffixes]
-    packed = suffixes[-1:] == [".gz"]
+    packed = suffixes[-1:] == [_GZIP_SUFFIX]
     suffix = "".join(suffixes[-2:-1] if packed else suffixes[-1:])
     if suffix not in MESSAGE_WRITERS:
         raise InputError(f"{path}: python-can writes no '{suffix}' (it writes {' '.join(sorted(MESSAGE_WRITERS))})")
