@@ -5,7 +5,8 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -91,3 +92,29 @@ class GuardProcess:
 def run_guard(*arguments: str, program: Path = RELEASE) -> "subprocess.CompletedProcess[str]":
     """For what ends by itself: help and bad input."""
     return subprocess.run([str(program), *arguments], capture_output=True, text=True, timeout=TIMEOUT_S)
+
+
+@contextmanager
+def candump(path: Path, *channels: str) -> Iterator[None]:
+    """`candump -L` into a file, from before the body's first frame on."""
+    listeners = _listeners()
+    with open(path, "w") as file:
+        process = subprocess.Popen(["candump", "-L", *channels], stdout=file)
+        end = time.monotonic() + TIMEOUT_S
+        while _listeners() == listeners and time.monotonic() < end:
+            time.sleep(0.02)
+        try:
+            yield
+            time.sleep(0.2)
+        finally:
+            process.terminate()
+            process.wait(TIMEOUT_S)
+
+
+def _listeners() -> int:
+    """Filters that any socket has on any CAN interface."""
+    return sum(line.endswith("raw") for path in Path("/proc/net/can").glob("rcvlist_*") for line in _lines(path))
+
+
+def _lines(path: Path) -> list[str]:
+    return [line.rstrip() for line in path.read_text().splitlines()]

@@ -5,6 +5,7 @@ The library's run is recorded from python-can's virtual bus, then its robot's fr
 lockstep. The robot does what the guard's frames tell it, so frames that are the same make the same experiment.
 """
 
+import hashlib
 import json
 import subprocess
 from pathlib import Path
@@ -12,10 +13,12 @@ from pathlib import Path
 import bus_guard
 import can
 import pytest
+from bus_guard import ROOT
 from bus_robot import INDEX, STATUS, STOP_COMMAND
 from conftest import Start
 
 from tauperp.experiment import EXPERIMENTS, run_scenario
+from tauperp.files import dbc_path, write_atomically
 from tauperp.scenario import Scenario, load_scenario, shipped
 
 OF_GUARD = (STOP_COMMAND, STATUS, INDEX)
@@ -33,15 +36,21 @@ def log_line(frame: can.Message, timestamp_s: float) -> str:
 
 
 @pytest.fixture(scope="module", params=EXPERIMENTS)
-def recorded(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Scenario, list[can.Message], Path]:
+def recorded(request: pytest.FixtureRequest) -> Recorded:
+    """Kept in build/bus as long as firmware, DBC and scenario stay: a run takes half a minute."""
     scenario = load_scenario(shipped(request.param))
-    frames: list[can.Message] = []
-    outcome = run_scenario(scenario, listener=frames.append)
-    assert outcome.report["stops"], "an experiment without a stop would prove little"
-    log = tmp_path_factory.mktemp(request.param) / "run.log"
-    log.write_text("".join(log_line(frame, frame.timestamp) for frame in frames))
+    made_of = (ROOT / "build" / "libtauperp.so", dbc_path(), shipped(request.param))
+    key = hashlib.sha256(b"".join(path.read_bytes() for path in made_of) + scenario.configuration.block())
+    log = ROOT / "build" / "bus" / f"{request.param}-{key.hexdigest()[:16]}.log"
+    if not log.is_file():
+        for old in log.parent.glob(f"{request.param}-*.log"):
+            old.unlink()
+        recording: list[can.Message] = []
+        outcome = run_scenario(scenario, listener=recording.append)
+        assert outcome.report["stops"], "an experiment without a stop would prove little"
+        write_atomically(log, "".join(log_line(frame, frame.timestamp) for frame in recording))
+    with can.CanutilsLogReader(log) as reader:
+        frames = list(reader)
     return scenario, frames, log
 
 
@@ -59,14 +68,14 @@ def test_every_answer_is_the_librarys_bit_for_bit(start: Start, recorded: Record
     assert (end["overflows"], end["unsent"]) == (0, 0)
 
 
-def test_a_different_answer_is_seen(start: Start, recorded: Recorded) -> None:
+def test_a_different_answer_is_seen(start: Start, recorded: Recorded, tmp_path: Path) -> None:
     """The comparison can fail: one bit of one recorded answer is enough."""
     scenario, frames, log = recorded
     lines = log.read_text().splitlines(keepends=True)[: 20 * 11]
     place = max(number for number, frame in enumerate(frames[: 20 * 11]) if frame.arbitration_id == INDEX)
     last = lines[place].rstrip("\n")
     lines[place] = f"{last[:-1]}{int(last[-1], 16) ^ 1:X}\n"
-    broken = log.with_name("broken.log")
+    broken = tmp_path / "broken.log"
     broken.write_text("".join(lines))
     start(scenario.configuration, "--lockstep", program=bus_guard.RELEASE)
     result = subprocess.run([bus_guard.PEER, "replay", "vcan0", broken], capture_output=True, text=True, timeout=60)
@@ -88,13 +97,10 @@ def test_canplayer_and_candump_see_the_same(start: Start, recorded: Recorded, tm
             cycle += frame.arbitration_id == 0x020
             file.write(log_line(frame, 1.0 + max(cycle, 0) * SLICE_PERIOD_S))
     heard = tmp_path / "guard.log"
-    with open(heard, "w") as file:
-        dump = subprocess.Popen(["candump", "-L", "vcan0,010:7FF,200:7FE"], stdout=file)
-    process = start(scenario.configuration, "--lockstep", program=bus_guard.RELEASE)
-    subprocess.run(["canplayer", "-I", str(played)], check=True, timeout=120)
-    process.end()
-    dump.terminate()
-    dump.wait()
+    with bus_guard.candump(heard, "vcan0,010:7FF,200:7FE"):
+        process = start(scenario.configuration, "--lockstep", program=bus_guard.RELEASE)
+        subprocess.run(["canplayer", "-I", str(played)], check=True, timeout=120)
+        process.end()
     with can.CanutilsLogReader(heard) as reader:
         answers = [(frame.arbitration_id, bytes(frame.data)) for frame in reader]
     assert len(expected) > SLICE_CYCLES

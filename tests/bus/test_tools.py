@@ -23,14 +23,11 @@ def dumped(
 ) -> tuple[Path, Robot]:
     """What candump writes of a robot and a guard."""
     path = tmp_path / "candump.log"
-    with open(path, "w") as file:
-        dump = subprocess.Popen(["candump", "-L", "vcan0"], stdout=file)
+    with bus_guard.candump(path, "vcan0"):
         process = start(configuration, "--lockstep")
         robot = Robot(configuration, wire, bus)
         robot.steps(CYCLES)
         process.end()
-        dump.terminate()
-        dump.wait()
     return path, robot
 
 
