@@ -19,6 +19,7 @@ class CallGraph:
     frames: dict[str, int] = field(default_factory=dict)
     calls: dict[str, set[str]] = field(default_factory=dict)
     unbounded: list[str] = field(default_factory=list)
+    known: dict[str, int] = field(default_factory=dict)
 
     def read(self, path: Path) -> None:
         text = path.read_text()
@@ -33,6 +34,8 @@ class CallGraph:
 
     def worst(self, root: str, below: tuple[str, ...] = ()) -> int:
         """Bytes that a call of `root` needs at most. Raises ValueError for recursion and for a frame without bound."""
+        if root in self.known:
+            return self.known[root]
         if root in below:
             raise ValueError(f"recursion: {' -> '.join((*below, root))}")
         if root in self.unbounded:
@@ -42,7 +45,9 @@ class CallGraph:
         callees = self.calls.get(root, set())
         if "__indirect_call" in callees:
             raise ValueError(f"{root} calls through a pointer")
-        return self.frames[root] + max((self.worst(callee, (*below, root)) for callee in callees), default=0)
+        deepest = max((self.worst(callee, (*below, root)) for callee in callees), default=0)
+        self.known[root] = self.frames[root] + deepest
+        return self.known[root]
 
 
 def worst_stack(folder: Path, roots: tuple[str, ...]) -> int:
