@@ -9,7 +9,7 @@
  * The inverse root is Newton's iteration on 32 x 32 -> 64 bit products, a fixed number of times: only num_div divides.
  */
 #define NUM_FRACTION 22u
-#define NUM(x)       ((num_t)(((x)*4194304.0) + (((x) < 0) ? -0.5 : 0.5)))
+#define NUM(x)       ((num_t)(((x) * 4194304.0) + (((x) < 0) ? -0.5 : 0.5)))
 #define NUM_NUMERIC  2u
 
 /* 1 / sqrt(.) as mantissa * 2^(22 - shift), so that x times it is x * mantissa / 2^shift. */
