@@ -5,26 +5,31 @@ void detector_init(detector_t *self) {
 }
 
 void detector_step(detector_t *self, const task_config_t *task, uint32_t joints, const num_t value[]) {
-    self->tripped = false;
-    self->any_above = false;
-    self->joint = 0;
+    bool tripped = false;
+    bool any_above = false;
+    uint32_t worst = 0;
+    num_t worst_size = num_abs(value[0]);
+    num_t worst_threshold = task->threshold_nm[0];
     for (uint32_t i = 0; i < joints; ++i) {
         const num_t size = num_abs(value[i]);
-        const bool above = !(size <= task->threshold_nm[i]); /* so that NaN is above */
-        if (!above) {
-            self->above[i] = 0;
-        } else if (self->above[i] < UINT32_MAX) {
-            ++self->above[i];
+        const num_t threshold = task->threshold_nm[i];
+        uint32_t above = 0;
+        if (!(size <= threshold)) { /* so that NaN is above */
+            above = self->above[i] + ((self->above[i] < UINT32_MAX) ? 1u : 0u);
+            tripped = tripped || (above >= task->debounce_ticks);
+            any_above = true;
         }
-        self->tripped = self->tripped || (self->above[i] >= task->debounce_ticks);
-        self->any_above = self->any_above || above;
-        /* Ratios compared without a division: size_i / threshold_i > size_best / threshold_best. */
-        const num_wide_t here = num_wide(size, task->threshold_nm[self->joint]);
-        const num_wide_t best = num_wide(num_abs(value[self->joint]), task->threshold_nm[i]);
-        if ((here > best) || !num_finite(value[i])) {
-            self->joint = i;
+        self->above[i] = above;
+        /* Ratios compared without a division: size / threshold > worst_size / worst_threshold. */
+        if ((num_wide(size, worst_threshold) > num_wide(worst_size, threshold)) || !num_finite(size)) {
+            worst = i;
+            worst_size = size;
+            worst_threshold = threshold;
         }
     }
-    self->value_nm = value[self->joint];
-    self->threshold_nm = task->threshold_nm[self->joint];
+    self->tripped = tripped;
+    self->any_above = any_above;
+    self->joint = worst;
+    self->value_nm = value[worst];
+    self->threshold_nm = worst_threshold;
 }

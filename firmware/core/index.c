@@ -28,9 +28,8 @@ static vec3_t across(vec3_t v, vec3_t direction, uint32_t *saturations) {
                     .z = num_subtract(v.z, num_mul(along, direction.z, saturations), saturations)};
 }
 
-static void force_column(const motion_t *motion, uint32_t joints, vec3_t direction, num_t column[],
-                         uint32_t *saturations) {
-    for (uint32_t i = 0; i < joints; ++i) {
+static void force_column(const motion_t *motion, vec3_t direction, num_t column[], uint32_t *saturations) {
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) { /* zero behind the last joint, as the Jacobian is */
         column[i] = num_narrow(num_wide(motion->jacobian[LINEAR][i], direction.x) +
                                    num_wide(motion->jacobian[LINEAR + 1][i], direction.y) +
                                    num_wide(motion->jacobian[LINEAR + 2][i], direction.z),
@@ -38,8 +37,8 @@ static void force_column(const motion_t *motion, uint32_t joints, vec3_t directi
     }
 }
 
-static void scaled_column(const num_t row[], uint32_t joints, num_t scale, num_t column[], uint32_t *saturations) {
-    for (uint32_t i = 0; i < joints; ++i) {
+static void scaled_column(const num_t row[], num_t scale, num_t column[], uint32_t *saturations) {
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
         column[i] = num_mul(scale, row[i], saturations);
     }
 }
@@ -48,23 +47,22 @@ static void scaled_column(const num_t row[], uint32_t joints, num_t scale, num_t
 static uint32_t instantaneous_basis(index_t *self, const subspace_config_t *config, index_kind_t kind,
                                     const robot_t *robot, const motion_t *motion, vec3_t acceleration,
                                     num_t column[][ROBOT_MAX_JOINTS]) {
-    const uint32_t joints = robot->joint_count;
     uint32_t *const sat = &self->saturations;
     uint32_t count = 0;
     if (kind == INDEX_PAYLOAD) {
         const vec3_t down = unit(robot->gravity, sat);
-        force_column(motion, joints, down, column[0], sat);
-        force_column(motion, joints, across(acceleration, down, sat), column[1], sat);
+        force_column(motion, down, column[0], sat);
+        force_column(motion, across(acceleration, down, sat), column[1], sat);
         count = 2;
     } else if (kind == INDEX_CONTACT) {
         for (count = 0; count < 3u; ++count) {
-            scaled_column(motion->jacobian[LINEAR + count], joints, NUM(1), column[count], sat);
+            scaled_column(motion->jacobian[LINEAR + count], NUM(1), column[count], sat);
         }
     } else {
         return 0;
     }
     for (uint32_t axis = 0; axis < 3u; ++axis) {
-        scaled_column(motion->jacobian[ANGULAR + axis], joints, config->lever_m, column[count], sat);
+        scaled_column(motion->jacobian[ANGULAR + axis], config->lever_m, column[count], sat);
         ++count;
     }
     return count;
@@ -72,17 +70,20 @@ static uint32_t instantaneous_basis(index_t *self, const subspace_config_t *conf
 
 /* The observer's low-pass on the columns, as an average over the time that this basis has been in force. The sample at
  * which the observer starts (decay 0) has no part in r, and so none in the average. */
-static void filter_basis(index_t *self, uint32_t joints, uint32_t count, num_t decay,
-                         num_t column[][ROBOT_MAX_JOINTS]) {
+static uint32_t filtered_basis(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
+                               const motion_t *motion, vec3_t acceleration, num_t decay) {
+    num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];
+    const uint32_t count = instantaneous_basis(self, config, kind, robot, motion, acceleration, column);
     const num_t share = NUM(1) - decay;
     self->weight = (decay > NUM(0)) ? (num_mul(decay, self->weight, &self->saturations) + share) : NUM(0);
     const num_t gain = (self->weight > share) ? num_div(share, self->weight, &self->saturations) : NUM(1);
     for (uint32_t c = 0; c < count; ++c) {
-        for (uint32_t i = 0; i < joints; ++i) {
+        for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
             const num_wide_t before = num_wide(NUM(1) - gain, self->column[c][i]);
             self->column[c][i] = num_narrow(before + num_wide(gain, column[c][i]), &self->saturations);
         }
     }
+    return count;
 }
 
 /* What the old task explains of r starts to fade, by its basis of the last tick; the rest of r is the new task's. */
@@ -109,14 +110,11 @@ void index_step(index_t *self, const subspace_config_t *config, index_kind_t kin
     }
     self->kind = (uint32_t)kind;
 
-    num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];
-    const uint32_t count = instantaneous_basis(self, config, kind, robot, motion, acceleration, column);
+    uint32_t count;
     if (config->basis == (uint32_t)BASIS_FILTERED) {
-        filter_basis(self, joints, count, observer->decay, column);
+        count = filtered_basis(self, config, kind, robot, motion, acceleration, observer->decay);
     } else {
-        for (uint32_t c = 0; c < count; ++c) {
-            scaled_column(column[c], joints, NUM(1), self->column[c], &self->saturations);
-        }
+        count = instantaneous_basis(self, config, kind, robot, motion, acceleration, self->column);
     }
     subspace_step(&self->subspace, joints, count, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, config->tolerance);
     for (uint32_t i = 0; i < joints; ++i) {

@@ -18,6 +18,9 @@ typedef struct {
     uint32_t shift;
 } num_inverse_t;
 
+typedef uint32_t num_angle_t; /* a small one: 2^-bits */
+#define NUM_ANGLE(bits) (bits)
+
 static inline num_t num_abs(num_t a) {
     return (a >= 0) ? a : ((a < -INT32_MAX) ? INT32_MAX : -a);
 }
@@ -154,14 +157,13 @@ static inline num_t num_shift(num_t a, int32_t shift, uint32_t *saturations) {
     return (num_t)num_rounded(a, (uint32_t)-shift);
 }
 
-/* Whether two columns count as orthogonal: the angle that would make them so is below 1e-6, or their inner product is
- * within four steps of the longer one's length, which is what rounding leaves of it. Precondition: the block is scaled
- * by its headroom. */
-static inline bool num_orthogonal(num_wide_t first, num_wide_t second, num_wide_t inner, num_wide_t longest) {
-    (void)longest;
+/* Whether two columns are orthogonal but for such an angle: what it takes to make them so turns them by no more, or
+ * their inner product is within four steps of the longer one's length, which is what rounding leaves of it.
+ * Precondition: the block is scaled by its headroom. */
+static inline bool num_orthogonal(num_wide_t first, num_wide_t second, num_wide_t inner, num_angle_t angle) {
     const uint64_t longer = (uint64_t)((second < first) ? first : second);
     const uint64_t size = (uint64_t)((inner < 0) ? -inner : inner);
-    return (size <= (longer >> 20)) || ((size < ((uint64_t)1 << 32)) && ((size * size) <= (16u * longer)));
+    return (size <= (longer >> angle)) || ((size < ((uint64_t)1 << 32)) && ((size * size) <= (16u * longer)));
 }
 
 /* The rotation that makes two columns orthogonal, from their squared lengths, which it updates, and their inner

@@ -9,9 +9,12 @@
 #define NUM_NUMERIC 1u
 
 typedef float num_inverse_t; /* 1 / sqrt(.) */
+typedef float num_angle_t;   /* a small one */
+
+#define NUM_ANGLE(bits) (1.0f / (float)(1ul << (bits))) /* 2^-bits */
 
 static inline num_t num_abs(num_t a) {
-    return (a < 0.0f) ? -a : a;
+    return __builtin_fabsf(a);
 }
 
 static inline num_t num_from_int(int32_t a) {
@@ -78,11 +81,11 @@ static inline bool num_finite(num_t a) {
     return (a - a) == 0.0f;
 }
 
-/* Whether two columns count as orthogonal: their inner product is below 1e-6 of their lengths, or one of them is
- * noise beside the longest column (below 3e-7 of its length), so that its direction means nothing. */
-static inline bool num_orthogonal(num_wide_t first, num_wide_t second, num_wide_t inner, num_wide_t longest) {
-    const float shorter = (second < first) ? second : first;
-    return (shorter <= 1.0e-13f * longest) || (inner * inner <= (1.0e-12f * first) * second);
+/* Whether two columns are orthogonal but for such an angle: what it takes to make them so turns them by no more, or
+ * their inner product is so small that its square has no exact float. */
+static inline bool num_orthogonal(num_wide_t first, num_wide_t second, num_wide_t inner, num_angle_t angle) {
+    const float limit = angle * (first + second);
+    return inner * inner <= limit * limit;
 }
 
 /* The rotation that makes two columns orthogonal, from their squared lengths, which it updates, and their inner
@@ -91,7 +94,7 @@ static inline num_rotation_t num_orthogonalise(num_wide_t *first, num_wide_t *se
     const float difference = *second - *first;
     const float twice = inner + inner;
     const float length = __builtin_sqrtf(difference * difference + twice * twice);
-    const float tangent = (difference < 0.0f) ? (-twice / (length - difference)) : (twice / (length + difference));
+    const float tangent = twice / (difference + ((difference < 0.0f) ? -length : length));
     const float cosine = 1.0f / __builtin_sqrtf(1.0f + tangent * tangent);
     *first -= tangent * inner;
     *second += tangent * inner;

@@ -314,7 +314,7 @@ static void tell(const guard_t *self, input_t missing, guard_output_t *out) {
     out->stop_category = (uint8_t)category(self);
     out->trip_number = self->trip.number;
     out->cycle = self->inputs.snapshot.cycle;
-    out->smallest_singular = subspace_smallest(&self->index.subspace);
+    out->smallest_singular = self->index.subspace.smallest;
     out->rank = self->index.subspace.rank;
     for (uint32_t i = 0; i < joints; ++i) {
         out->residual[i] = self->observer.residual[i];
@@ -358,7 +358,7 @@ void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out) {
             trip(self, GUARD_STATE_FAULT, broken, 0u);
         }
     } else if (self->state == (uint32_t)GUARD_STATE_SELF_TEST) {
-        if (self_test()) {
+        if (self_test(&self->index.subspace)) {
             enter(self, GUARD_STATE_WAITING);
         } else {
             trip(self, GUARD_STATE_FAULT, GUARD_REASON_SELF_TEST_FAILED, 0u);

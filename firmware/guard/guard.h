@@ -104,7 +104,7 @@ typedef struct {
     num_t threshold_nm;
     num_t residual[ROBOT_MAX_JOINTS]; /* r of this tick */
     num_t index[ROBOT_MAX_JOINTS];    /* the index in force of this tick */
-    num_t smallest_singular;          /* of the basis in force, Nm per N; 0 without one */
+    num_t smallest_singular; /* of the basis in force, or a bound below it (subspace.h), Nm per N; 0 without one */
     uint32_t rank;
     uint32_t frame_count;
     can_frame_t frame[GUARD_MAX_FRAMES]; /* to be sent in this order */

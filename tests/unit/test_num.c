@@ -186,7 +186,7 @@ static void test_a_rotation_makes_two_columns_orthogonal(void) {
         num_wide_t first = num_wide(x[0], x[0]) + num_wide(x[1], x[1]);
         num_wide_t second = num_wide(y[0], y[0]) + num_wide(y[1], y[1]);
         const num_wide_t inner = num_wide(x[0], y[0]) + num_wide(x[1], y[1]);
-        if (num_orthogonal(first, second, inner, (first > second) ? first : second)) {
+        if (num_orthogonal(first, second, inner, NUM_ANGLE(20))) {
             continue;
         }
         const num_rotation_t turn = num_orthogonalise(&first, &second, inner);
@@ -211,12 +211,12 @@ static void test_a_rotation_makes_two_columns_orthogonal(void) {
 static void test_orthogonal_columns_need_no_rotation(void) {
     const num_wide_t square = num_wide(NUM(20), NUM(20)), small = num_wide(NUM(0.01), NUM(0.01));
     const num_wide_t none = num_widen(NUM(0));
-    TEST_ASSERT_TRUE(num_orthogonal(square, square, none, square));
-    TEST_ASSERT_TRUE(num_orthogonal(square, small, none, square));
-    TEST_ASSERT_TRUE(num_orthogonal(square, none, none, square));
-    TEST_ASSERT_FALSE(num_orthogonal(square, square, num_wide(NUM(0.1), NUM(0.1)), square));
-    TEST_ASSERT_FALSE(num_orthogonal(square, small, num_wide(NUM(20), NUM(0.001)), square));
-    TEST_ASSERT_FALSE(num_orthogonal(small, square, -num_wide(NUM(20), NUM(0.001)), square));
+    TEST_ASSERT_TRUE(num_orthogonal(square, square, none, NUM_ANGLE(20)));
+    TEST_ASSERT_TRUE(num_orthogonal(square, small, none, NUM_ANGLE(20)));
+    TEST_ASSERT_TRUE(num_orthogonal(square, none, none, NUM_ANGLE(20)));
+    TEST_ASSERT_FALSE(num_orthogonal(square, square, num_wide(NUM(0.1), NUM(0.1)), NUM_ANGLE(20)));
+    TEST_ASSERT_FALSE(num_orthogonal(square, small, num_wide(NUM(20), NUM(0.001)), NUM_ANGLE(20)));
+    TEST_ASSERT_FALSE(num_orthogonal(small, square, -num_wide(NUM(20), NUM(0.001)), NUM_ANGLE(20)));
 }
 
 /* A block scaled by its headroom has its largest size from 16 to 32, and comes back as it was. A float stays. */

@@ -72,6 +72,7 @@ class Core:
         self._subspace = library.new("subspace_t *")
         self._q, self._qd, self._tau = (_Vector(library, MAX_JOINTS) for _ in range(3))
         self._columns = _Vector(library, MAX_COLUMNS * MAX_JOINTS)
+        self._singular = _Vector(library, MAX_COLUMNS)
         self.reset()
 
     def reset(self) -> None:
@@ -132,8 +133,11 @@ class Core:
         library.lib.subspace_step(subspace, n, k, columns, limit)
         library.lib.subspace_reject(subspace, self._tau.pointer, self._tau.pointer)
         self._check_saturations(subspace.saturations)
-        singular = library.from_num(library.view(subspace.singular)[: subspace.directions])
-        return Projection(library.from_num(self._tau.view[:n]), np.sort(singular)[::-1], int(subspace.rank))
+        rank = int(subspace.rank)
+        library.lib.subspace_measure(subspace, n, k, columns, limit, self._singular.pointer)
+        self._check_saturations(subspace.saturations)
+        singular = library.from_num(self._singular.view[: subspace.directions])
+        return Projection(library.from_num(self._tau.view[:n]), np.sort(singular)[::-1], rank)
 
     def step(
         self,

@@ -93,7 +93,7 @@ class Verdict:
     threshold_nm: float
     residual: FloatArray  # (n,) r of this tick, Nm
     index: FloatArray  # (n,) the index in force, Nm
-    smallest_singular: float  # of the basis in force, Nm per N; 0 without one
+    smallest_singular: float  # of the basis in force, or a bound below it, Nm per N; 0 without one
     rank: int
     frames: list[can.Message]  # to be sent in this order
 
