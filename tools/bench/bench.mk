@@ -1,7 +1,7 @@
 # Instruction counts: one image a target, numeric type and program, run in QEMU.
 BENCH_ROBOT := ku_dex
 BENCH_PROGRAMS := stages guard image
-BENCH_SOURCES := tools/bench/states.c tools/bench/report.c firmware/boards/common/semihosting.c
+BENCH_SOURCES := tools/bench/states.c tools/bench/report.c firmware/boards/common/semihosting.c firmware/boards/common/memory.c
 BENCH_FIRMWARE_stages = $(wildcard firmware/core/*.c)
 BENCH_FIRMWARE_guard = $(FIRMWARE_SOURCES) tools/bench/cycle.c
 BENCH_FIRMWARE_image = $(FIRMWARE_SOURCES)

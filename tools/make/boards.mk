@@ -1,7 +1,12 @@
 # Firmware images for controllers and emulated ones. A target is a processor (m3 m4f m7 r5f), a board a circuit around one.
 CROSS ?= arm-none-eabi-
 TARGETS := m3 m4f m7 r5f
+# What ships: the core's loops are short and of fixed length, and in float worth the flash that unrolling them takes.
 OPT ?= -O2
+OPT_CORE_float := -O3
+OPT_CORE_fixed := $(OPT)
+# $(call optimisation_of,FILE,NUMERIC)
+optimisation_of = $(if $(filter firmware/core/%,$(1)),$(OPT_CORE_$(2)),$(OPT))
 
 CPU_m3 := -mcpu=cortex-m3 -mthumb
 CPU_m4f := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
@@ -39,7 +44,7 @@ define OBJECT_RULES
 $(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
-	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) $(OPT) $$(call warnings_for,$$<) -c -o $$@ $$<
+	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) $$(call optimisation_of,$$<,$(2)) $$(call warnings_for,$$<) -c -o $$@ $$<
 
 $(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $$(@D)
@@ -53,8 +58,7 @@ NUMERIC ?= float
 BOARDS := versal_r5 stm32g4
 TARGET_versal_r5 := r5f
 TARGET_stm32g4 := m4f
-OPT_BOARD := -O2
-COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c) firmware/boards/linux/lockstep.c
+COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c memory.c) firmware/boards/linux/lockstep.c
 LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
 FLAGS_LOCKSTEP := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP)
 # BLOCK=file: a block that was made already, instead of one of CONFIG and ROBOT.
@@ -81,7 +85,7 @@ $(IMAGE_BLOCK): $(if $(BLOCK),$(BLOCK),$(VENV_STAMP) dbc/tauperp.dbc) FORCE
 $(IMAGE_OBJECTS)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $(@D)
 	@echo 'cc $< ($(BOARD), $(NUMERIC))'
-	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) $(FLAGS_LOCKSTEP) $(OPT_BOARD) $(call warnings_for,$<) -c -o $@ $<
+	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) $(FLAGS_LOCKSTEP) $(call optimisation_of,$<,$(NUMERIC)) $(call warnings_for,$<) -c -o $@ $<
 
 $(IMAGE_OBJECTS)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $(@D)
@@ -92,7 +96,7 @@ IMAGE_LINKED = $(addprefix $(IMAGE_OBJECTS)/,$(addsuffix .o,$(basename $(IMAGE_S
 $(IMAGE): $(IMAGE_LINKED) $(IMAGE_BLOCK) firmware/boards/common/config.S firmware/boards/common/identity.c firmware/boards/$(BOARD)/$(BOARD).ld $(BUILD)/build_id.h
 	@mkdir -p $(@D)
 	@echo 'ld $@'
-	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(FLAGS_$(NUMERIC)) $(OPT_BOARD) $(STRICT) \
+	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(FLAGS_$(NUMERIC)) $(OPT) $(STRICT) \
 	    -include $(BUILD)/build_id.h -DTAUPERP_BOARD='"$(BOARD)"' -DTAUPERP_CONFIG_CRC=0x$$(od -An -tx4 -j12 -N4 $(IMAGE_BLOCK) | tr -d ' ')u \
 	    -DCONFIG_BLOCK='"$(IMAGE_BLOCK)"' $(LDFLAGS_TARGET) -T firmware/boards/$(BOARD)/$(BOARD).ld -o $@ \
 	    firmware/boards/common/config.S firmware/boards/common/identity.c $(IMAGE_LINKED) $(LIBRARIES)

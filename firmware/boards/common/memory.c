@@ -1,0 +1,41 @@
+/* The two functions that compilers call by themselves, by words: newlib-nano's go byte by byte, four instructions each,
+ * and a tick that clears or copies a struct would spend hundreds on it. */
+#include <stddef.h>
+#include <stdint.h>
+
+/* Or these loops would be compiled into calls of the functions that they are. */
+#define BY_ITSELF __attribute__((optimize("no-tree-loop-distribute-patterns")))
+
+typedef uint32_t __attribute__((may_alias)) word_t;
+
+void *memset(void *to, int byte, size_t length);
+void *memcpy(void *restrict to, const void *restrict from, size_t length);
+
+BY_ITSELF void *memset(void *to, int byte, size_t length) {
+    uint8_t *at = to;
+    const uint32_t word = (uint32_t)(uint8_t)byte * 0x01010101u;
+    for (; (length > 0u) && (((uintptr_t)at % sizeof(word_t)) != 0u); --length) {
+        *at++ = (uint8_t)byte;
+    }
+    for (; length >= sizeof(word_t); length -= sizeof(word_t), at += sizeof(word_t)) {
+        *(word_t *)at = word;
+    }
+    for (; length > 0u; --length) {
+        *at++ = (uint8_t)byte;
+    }
+    return to;
+}
+
+BY_ITSELF void *memcpy(void *restrict to, const void *restrict from, size_t length) {
+    uint8_t *at = to;
+    const uint8_t *source = from;
+    if ((((uintptr_t)at | (uintptr_t)source) % sizeof(word_t)) == 0u) {
+        for (; length >= sizeof(word_t); length -= sizeof(word_t), at += sizeof(word_t), source += sizeof(word_t)) {
+            *(word_t *)at = *(const word_t *)source;
+        }
+    }
+    for (; length > 0u; --length) {
+        *at++ = *source++;
+    }
+    return to;
+}
