@@ -7,23 +7,29 @@ index reach at any other time are the free peaks. Nothing else is left out, neit
 nor stopping, retreating and coming back.
 """
 
+import dataclasses
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import can
 import numpy as np
+from can.interfaces.virtual import VirtualBus
 
 from tauperp.bus import DEFAULT_CHANNEL
 from tauperp.config import TASKS
+from tauperp.errors import InputError
 from tauperp.firmware import Guard, Reason
-from tauperp.provenance import provenance
+from tauperp.provenance import provenance, provenance_of_bus
 from tauperp.scenario import Scenario, load_scenario, shipped
-from tauperp.sim.guard_node import GuardNode
+from tauperp.sim.guard_node import GuardNode, RemoteGuard
 from tauperp.sim.lockstep import Lockstep, Progress
 from tauperp.sim.moment import Watch
+from tauperp.sim.pace import Pace, Patience, Patient, RealTime
+from tauperp.sim.telling import Telling
 from tauperp.sim.trace import Contact, Stop, Trace
 from tauperp.sim.virtual import LockstepBus
 
@@ -32,6 +38,29 @@ SETTLE_GAINS = 5.0  # times 1 / K
 FAULT_AFTERMATH_S = 1.0  # a stop that long after a sensor fault is still its doing
 DETECTIONS = (Reason.COLLISION, Reason.INPUT_RANGE)
 FREE_INDEX_LIMIT_NM = 0.5  # an experiment's verdict: no more than this without a collision
+CARRYING_S = 0.05  # of real time, for a bus that is not in this process to carry one cycle's frames
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a scenario is run on.
+
+    bus         opens one node's connection; by default a virtual bus of this process
+    guard       "library": in this process, on a connection of its own; "bus": somebody else's, on that bus
+    real_time   paced by the clock, waiting for nobody; else in lockstep
+    patience    with a guard that is somebody else's
+    """
+
+    bus: Callable[[], can.BusABC] | None = None
+    guard: Literal["library", "bus"] = "library"
+    real_time: bool = False
+    patience: Patience = field(default_factory=Patience)
+
+    def pace(self, period_s: float, *, at_once: bool) -> Pace:
+        """`at_once`: the guard's answer is there before the robot can look."""
+        if self.real_time:
+            return RealTime(period_s, self.patience if self.guard == "bus" else None)
+        return Pace() if at_once else Patient(self.patience)
 
 
 @dataclass(frozen=True)
@@ -48,18 +77,24 @@ class Outcome:
         return bool(self.report["passed"])
 
 
-def run_experiment(
+def load_experiment(
     name: str,
     *,
     robot: str | Path | None = None,
     seed: int | None = None,
     rate_hz: float | None = None,
     mass_kg: float | None = None,
-    progress: Progress | None = None,
+) -> Scenario:
+    """One of EXPERIMENTS, as load_scenario."""
+    return load_scenario(shipped(name), robot=robot, seed=seed, rate_hz=rate_hz, mass_kg=mass_kg)
+
+
+def run_experiment(
+    name: str, scenario: Scenario | None = None, setup: Setup = Setup(), *, progress: Progress | None = None
 ) -> Outcome:
-    """One of EXPERIMENTS. Raises InputError for what cannot be run."""
-    scenario = load_scenario(shipped(name), robot=robot, seed=seed, rate_hz=rate_hz, mass_kg=mass_kg)
-    outcome = run_scenario(scenario, progress=progress)
+    """One of EXPERIMENTS, as it is shipped or loaded otherwise. Raises InputError for what cannot be run."""
+    scenario = load_experiment(name) if scenario is None else scenario
+    outcome = run_scenario(scenario, setup, progress=progress)
     quiet = outcome.report["peak_index_free_nm"] <= FREE_INDEX_LIMIT_NM
     report = {"experiment": name, **outcome.report, "passed": outcome.passed and quiet}
     return Outcome(scenario, outcome.trace, report)
@@ -67,58 +102,91 @@ def run_experiment(
 
 def run_scenario(
     scenario: Scenario,
+    setup: Setup = Setup(),
     *,
-    bus: Callable[[], can.BusABC] | None = None,
     listener: Callable[[can.Message], None] | None = None,
     progress: Progress | None = None,
     watch: Watch | None = None,
 ) -> Outcome:
-    """Robot and library guard in lockstep on one bus.
+    """Robot and guard on one bus.
 
-    `bus` opens one node's connection to it; by default a virtual bus of this process. `listener` gets every frame, in
-    the order of the bus, stamped with simulated time; `watch` sees every cycle. Raises InputError for a bus that
-    cannot be opened, a block that the firmware refuses, or a move that the arm cannot do.
+    `listener` gets every frame, in the order of the bus, stamped with simulated time if the bus is this process' own;
+    `watch` sees every cycle. Raises InputError for a bus that cannot be opened or fails, a block that the firmware
+    refuses, a move that the arm cannot do, or a guard that is not there.
     """
+    try:
+        return _run_scenario(scenario, setup, listener, progress, watch)
+    except can.CanOperationError as error:
+        raise InputError(f"CAN bus: {' '.join(str(error).split())}") from error
+
+
+def _run_scenario(
+    scenario: Scenario,
+    setup: Setup,
+    listener: Callable[[can.Message], None] | None,
+    progress: Progress | None,
+    watch: Watch | None,
+) -> Outcome:
     configuration = scenario.configuration
-    guard = Guard(configuration.block())
-    connect = bus or (lambda: LockstepBus(DEFAULT_CHANNEL))
-    with connect() as robot_bus, connect() as guard_bus, connect() as ear:
-        digest, count = hashlib.sha256(), 0
+    connect = setup.bus or (lambda: LockstepBus(DEFAULT_CHANNEL))
+    with ExitStack() as stack:
+        robot_bus = stack.enter_context(connect())
+        at_once = setup.guard == "library" and isinstance(robot_bus, VirtualBus)
+        pace = setup.pace(configuration.period_us * 1e-6, at_once=at_once)
+        guard: Guard | None = None
+        peer: GuardNode | RemoteGuard = RemoteGuard()
+        if setup.guard == "library":
+            guard = Guard(configuration.block())
+            peer = GuardNode(stack.enter_context(connect()), guard, 0.0 if at_once else CARRYING_S)
+        frames = _Ear(stack.enter_context(connect()), listener) if guard or listener else None
+        lockstep = Lockstep(scenario, robot_bus, peer, pace)
+        trace = lockstep.run(progress, frames.listen if frames else None, watch)
+    report = judge(scenario, trace, guard or lockstep.telling)
+    if frames is not None and setup.guard == "library":
+        report |= {"frames": frames.count, "frames_sha256": frames.digest.hexdigest()}
+    if pace.report is not None:
+        report["real_time"] = pace.report
+    return Outcome(scenario, trace, report)
 
-        def listen() -> None:
-            nonlocal count
-            while (frame := ear.recv(timeout=0.0)) is not None:
-                digest.update(frame.arbitration_id.to_bytes(4, "little") + frame.data)
-                count += 1
-                if listener is not None:
-                    listener(frame)
 
-        trace = Lockstep(scenario, robot_bus, GuardNode(guard_bus, guard)).run(progress, listen, watch)
-    report = judge(scenario, trace, guard)
-    return Outcome(scenario, trace, {**report, "frames": count, "frames_sha256": digest.hexdigest()})
+class _Ear:
+    """Hears every frame of the bus."""
+
+    def __init__(self, bus: can.BusABC, listener: Callable[[can.Message], None] | None) -> None:
+        self.digest = hashlib.sha256()
+        self.count = 0
+        self._bus = bus
+        self._listener = listener
+
+    def listen(self) -> None:
+        while (frame := self._bus.recv(timeout=0.0)) is not None:
+            self.digest.update(frame.arbitration_id.to_bytes(4, "little") + frame.data)
+            self.count += 1
+            if self._listener is not None:
+                self._listener(frame)
 
 
-def judge(scenario: Scenario, trace: Trace, guard: Guard) -> dict[str, Any]:
+def judge(scenario: Scenario, trace: Trace, guard: Guard | Telling) -> dict[str, Any]:
     """The run's numbers, verdict included, with everything that they depend on by its hash. Times s, Nm, N."""
     settle_s = SETTLE_GAINS / scenario.configuration.settings.observer.gain_per_s
-    free = ~trace.under_way(settle_s)
+    free = trace.free(settle_s)
     collisions = [_collision(contact, trace, settle_s) for contact in trace.contacts]
     stops = [_stop(stop, scenario, trace, settle_s) for stop in trace.stops]
     false_stops = sum(stop["cause"] == "none" for stop in stops)
     thresholds = [scenario.configuration.threshold_nm(name) for name in TASKS if TASKS[name] in trace.task]
-    peak_index = float(np.abs(trace.index_nm[free]).max(initial=0.0))
-    configuration, library = scenario.configuration, guard.library
+    configuration = scenario.configuration
     return {
         "scenario": Path(scenario.source).name,
         "passed": trace.finished and false_stops == 0 and all(one["detected"] for one in collisions),
         "finished": trace.finished,
+        "ended": trace.ended,
         "false_stops": false_stops,
         "collisions": collisions,
-        "peak_index_free_nm": round(peak_index, 4),
+        "peak_index_free_nm": round(float(np.abs(trace.index_nm[free]).max(initial=0.0)), 4),
         "peak_residual_free_nm": round(float(np.abs(trace.residual_nm[free]).max(initial=0.0)), 4),
         "threshold_nm": _one_or_many(np.unique(np.concatenate(thresholds))),
-        "residual_alone": _residual_alone(trace, free),
-        "phases": [_phase(number, scenario, trace, free) for number in range(len(scenario.phases))],
+        "residual_alone": _residual_alone(trace, settle_s),
+        "phases": [_phase(number, scenario, trace, settle_s) for number in range(len(scenario.phases))],
         "stops": stops,
         "settle_s": settle_s,
         "cycles": len(trace.time_s),
@@ -126,8 +194,23 @@ def judge(scenario: Scenario, trace: Trace, guard: Guard) -> dict[str, Any]:
         "rate_hz": configuration.settings.wire.rate_hz,
         "format": configuration.settings.wire.format,
         "seed": scenario.seed,
+        "guard": _guard(scenario, guard),
         "guard_counters": guard.counters,
-        "hashes": provenance(library, configuration),
+        "hashes": provenance(guard.library, configuration)
+        if isinstance(guard, Guard)
+        else provenance_of_bus(guard.identity, configuration),
+    }
+
+
+def _guard(scenario: Scenario, guard: Guard | Telling) -> dict[str, Any]:
+    """Whose it was: of this process, or of somebody else in its own words and with what is not as it should be."""
+    if isinstance(guard, Guard):
+        return {"whose": "library"}
+    identity = guard.identity
+    return {
+        "whose": "bus",
+        **dataclasses.asdict(identity),
+        "differences": identity.differences(scenario.configuration),
     }
 
 
@@ -163,8 +246,9 @@ def _collision(contact: Contact, trace: Trace, settle_s: float) -> dict[str, Any
 
 
 def _stop(stop: Stop, scenario: Scenario, trace: Trace, settle_s: float) -> dict[str, Any]:
-    """One loss of permission and what caused it: a collision, a sensor fault of the scenario, or none (false)."""
-    cause = "none"
+    """One loss of permission and what caused it: a collision, a sensor fault of the scenario, a guard that was given up
+    (the last stop then, told by the run's end), or none (false)."""
+    cause = "guard" if trace.ended is not None and stop is trace.stops[-1] and stop.reason == 0 else "none"
     if any(fault.start_s <= stop.time_s <= fault.end_s + FAULT_AFTERMATH_S for fault in scenario.faults):
         cause = "fault"
     for contact in trace.contacts:
@@ -175,9 +259,10 @@ def _stop(stop: Stop, scenario: Scenario, trace: Trace, settle_s: float) -> dict
     return {"time_s": round(stop.time_s, 6), "reason": reason, "joint": stop.joint, "cause": cause}
 
 
-def _residual_alone(trace: Trace, free: np.ndarray) -> dict[str, Any]:
+def _residual_alone(trace: Trace, settle_s: float) -> dict[str, Any]:
     """What the same threshold on r instead of the index would have done while no collision was under way."""
-    above = free & np.any(np.abs(trace.residual_nm) > trace.threshold_nm, axis=1)
+    free = ~trace.under_way(settle_s)
+    above = np.any(trace.free(settle_s) & (np.abs(trace.residual_nm) > trace.threshold_nm), axis=1)
     starts = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
     return {
         "false_stops": len(starts),
@@ -186,17 +271,19 @@ def _residual_alone(trace: Trace, free: np.ndarray) -> dict[str, Any]:
     }
 
 
-def _phase(number: int, scenario: Scenario, trace: Trace, free: np.ndarray) -> dict[str, Any]:
+def _phase(number: int, scenario: Scenario, trace: Trace, settle_s: float) -> dict[str, Any]:
     phase = scenario.phases[number]
-    rows = free & (trace.phase == number)
+    rows = trace.phase == number
+    free = trace.free(settle_s) & rows[:, None]
+    speed = trace.tip_speed_m_s[rows & ~trace.under_way(settle_s)]
     names = {wire: name for name, wire in TASKS.items()}
     return {
         "name": phase.name,
         "task": names[phase.task],
         "payload_kg": 0.0 if phase.payload is None else round(phase.payload.mass_kg, 4),
-        "peak_index_free_nm": round(float(np.abs(trace.index_nm[rows]).max(initial=0.0)), 4),
-        "peak_residual_free_nm": round(float(np.abs(trace.residual_nm[rows]).max(initial=0.0)), 4),
-        "peak_tip_speed_m_s": round(float(trace.tip_speed_m_s[rows].max(initial=0.0)), 4),
+        "peak_index_free_nm": round(float(np.abs(trace.index_nm[free]).max(initial=0.0)), 4),
+        "peak_residual_free_nm": round(float(np.abs(trace.residual_nm[free]).max(initial=0.0)), 4),
+        "peak_tip_speed_m_s": round(float(speed.max(initial=0.0)), 4),
     }
 
 

@@ -4,6 +4,9 @@ import importlib.metadata
 
 from tauperp.config import Configuration
 from tauperp.firmware import Library
+from tauperp.sim.telling import GuardIdentity
+
+UNTOLD = "untold"
 
 
 def provenance(library: Library, configuration: Configuration) -> dict[str, str]:
@@ -20,6 +23,18 @@ def provenance(library: Library, configuration: Configuration) -> dict[str, str]
         "dbc": configuration.wire.hash,
         "firmware_version": library.version,
         "numeric": library.numeric,
+        "mujoco": _mujoco_version(),
+    }
+
+
+def provenance_of_bus(guard: GuardIdentity, configuration: Configuration) -> dict[str, str]:
+    """The same of a guard that only its frames tell of; `firmware` is its build id."""
+    return {
+        "firmware": guard.build_id or UNTOLD,
+        "configuration": guard.config_crc or UNTOLD,
+        "dbc": configuration.wire.hash,
+        "firmware_version": guard.firmware_version or UNTOLD,
+        "numeric": guard.numeric or UNTOLD,
         "mujoco": _mujoco_version(),
     }
 

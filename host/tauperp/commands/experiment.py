@@ -4,13 +4,15 @@ import argparse
 import json
 from pathlib import Path
 
-from tauperp.experiment import EXPERIMENTS, Outcome, run_experiment
+from tauperp.experiment import EXPERIMENTS, Outcome, load_experiment, run_experiment
 from tauperp.files import write_atomically
+from tauperp.playing import GUARD_HELP, add_playing_arguments, setup_of
 from tauperp.view.summary import print_outcomes, shown_progress
 
-HELP = """One of the paper's two experiments, simulated in MuJoCo against the compiled firmware over a CAN bus: handling
-payloads nobody told the guard about (Fig. 7), or hand guiding (Fig. 9), with collisions. Writes NAME.json and NAME.png.
-Exit code 0 if every collision stopped the robot, nothing else did, and the index stayed below 0.5 Nm otherwise."""
+HELP = f"""One of the paper's two experiments, simulated in MuJoCo against the compiled firmware over a CAN bus:
+handling payloads nobody told the guard about (Fig. 7), or hand guiding (Fig. 9), with collisions. Writes NAME.json and
+NAME.png. Exit code 0 if every collision stopped the robot, nothing else did, and the index stayed below 0.5 Nm
+otherwise. {GUARD_HELP}"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,13 +23,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rate", type=int, choices=(500, 1000), help="Hz: 500 on classic CAN, 1000 on CAN FD")
     parser.add_argument("--mass", type=float, metavar="KG", help="of the heaviest payload; the others scale with it")
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    add_playing_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
+    scenario = load_experiment(args.name, robot=args.robot, seed=args.seed, rate_hz=args.rate, mass_kg=args.mass)
+    setup = setup_of(args, fd=scenario.configuration.settings.wire.format == "fd")
     with shown_progress(args.name) as progress:
-        outcome = run_experiment(
-            args.name, robot=args.robot, seed=args.seed, rate_hz=args.rate, mass_kg=args.mass, progress=progress
-        )
+        outcome = run_experiment(args.name, scenario, setup, progress=progress)
     write_results(outcome, Path(args.out))
     if args.json:
         print(json.dumps(outcome.report, indent=2))

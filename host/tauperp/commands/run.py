@@ -2,21 +2,18 @@
 
 import argparse
 import json
-from collections.abc import Callable
 from pathlib import Path
 
-import can
-
-from tauperp.bus import add_bus_arguments, open_bus
 from tauperp.experiment import run_scenario
+from tauperp.playing import GUARD_HELP, add_playing_arguments, setup_of
 from tauperp.replay.recorder import bus_recorder
-from tauperp.scenario import Scenario, load_scenario, shipped
+from tauperp.scenario import load_scenario, shipped
 from tauperp.view.summary import print_outcomes, shown_progress
 from tauperp.view.watching import add_watch_arguments, watching
 
-HELP = """Run a scenario, a TOML file or the name of a shipped one, in lockstep against the compiled firmware: robot,
-task, payload, motion, contacts, sensor faults. Exit code 0 if every collision stopped the robot and nothing else but
-a sensor's fault did."""
+HELP = f"""Run a scenario, a TOML file or the name of a shipped one, against the compiled firmware: robot, task,
+payload, motion, contacts, sensor faults. Exit code 0 if every collision stopped the robot and nothing else but a
+sensor's fault did. {GUARD_HELP}"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,29 +25,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
     add_watch_arguments(parser)
-    add_bus_arguments(parser)
+    add_playing_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     path = args.scenario if Path(args.scenario).suffix == ".toml" else shipped(args.scenario)
     scenario = load_scenario(path, robot=args.robot, seed=args.seed)
     fd = scenario.configuration.settings.wire.format == "fd"
+    setup = setup_of(args, fd=fd)
     with (
         watching(args) as watch,
         bus_recorder(args.record, fd=fd) as listener,
         shown_progress(Path(path).stem) as progress,
     ):
-        bus = _named_bus(args, scenario)
-        outcome = run_scenario(scenario, bus=bus, listener=listener, progress=progress, watch=watch)
+        outcome = run_scenario(scenario, setup, listener=listener, progress=progress, watch=watch)
     if args.json:
         print(json.dumps(outcome.report, indent=2))
     else:
         print_outcomes([outcome], args.record)
     return 0 if outcome.passed else 1
-
-
-def _named_bus(args: argparse.Namespace, scenario: Scenario) -> Callable[[], can.BusABC] | None:
-    """How to open the bus that the command line names; None if it names none."""
-    if not {"interface", "channel"} & vars(args).keys():
-        return None
-    return lambda: open_bus(args, fd=scenario.configuration.settings.wire.format == "fd")

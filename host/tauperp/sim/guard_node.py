@@ -1,5 +1,6 @@
 """The compiled firmware as a node of a python-can bus: what a board's main loop does, in this process."""
 
+import time
 from typing import Protocol
 
 import can
@@ -18,22 +19,32 @@ class GuardPeer(Protocol):
 
 
 class GuardNode:
-    """The library's guard, ticked once a cycle in simulated time."""
+    """The library's guard, ticked once a cycle in simulated time.
+
+    patience_s      of real time, for the frames of a cycle on a bus that takes time to carry them; 0: they are there
+    """
 
     remote = False
 
-    def __init__(self, bus: can.BusABC, guard: Guard) -> None:
+    def __init__(self, bus: can.BusABC, guard: Guard, patience_s: float = 0.0) -> None:
         self.guard = guard
+        self.patience_s = patience_s
         self.verdict: Verdict | None = None
         self._bus = bus
 
     def turn(self, now_us: int) -> None:
         """Everything that is on the bus goes in, then one tick, then its frames go out."""
-        while (frame := self._bus.recv(timeout=0.0)) is not None:
+        end_s = time.monotonic() + self.patience_s if self.patience_s else 0.0
+        while (frame := self._bus.recv(timeout=self._wait_s(end_s))) is not None:
             self.guard.receive(frame, now_us)
         self.verdict = self.guard.tick(now_us)
         for frame in self.verdict.frames:
             self._bus.send(frame)
+
+    def _wait_s(self, end_s: float) -> float:
+        if not self.patience_s or self.guard.cycle_complete():
+            return 0.0
+        return max(0.0, end_s - time.monotonic())
 
 
 class RemoteGuard:

@@ -1,4 +1,4 @@
-"""A scenario in lockstep: robot, bus and guard cycle by cycle in simulated time, the same bits for the same seed."""
+"""A scenario, cycle by cycle: robot, bus and guard. In simulated time the same bits for the same seed."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,13 +16,16 @@ from tauperp.sim.guard_node import GuardPeer
 from tauperp.sim.guiding import Guidance
 from tauperp.sim.moment import Moment, Watch
 from tauperp.sim.motion import Job, Mode, Motion, Move, Wait, Yield
-from tauperp.sim.node import COLLISION, RobotNode
+from tauperp.sim.node import COLLISION, Answer, RobotNode
+from tauperp.sim.pace import Pace
 from tauperp.sim.posture import home
 from tauperp.sim.sensors import Sensors
+from tauperp.sim.telling import Telling
 from tauperp.sim.trace import Contact, Stop, Trace, TraceRecorder
 from tauperp.sim.trajectory import Planner, Unreachable
 
 LAST_LOOK_S = 0.5  # simulated after the last step is done
+COMING_TO_REST_S = 2.0  # simulated at most after a guard has been given up
 REACTION_S = 0.15  # until a person whose hand has stopped a robot takes it away
 
 Progress = Callable[[float, str], None]  # share of the steps done, 0 to 1, and the phase's name
@@ -31,12 +34,16 @@ Progress = Callable[[float, str], None]  # share of the steps done, 0 to 1, and 
 class Lockstep:
     """One run of a scenario with a guard that shares the bus. `run` is called once.
 
-    `bus` is the robot's own connection. Raises InputError, with the scenario's file and the step, for a move that the
-    arm cannot do.
+    `bus` is the robot's own connection. `pace` decides when cycles begin and how long the guard's answer is waited
+    for; a guard that it gives up ends the run, once the robot has stopped by itself. Raises InputError, with the
+    scenario's file and the step, for a move that the arm cannot do, and if there is no guard on the bus to begin with.
     """
 
-    def __init__(self, scenario: Scenario, bus: can.BusABC, guard: GuardPeer) -> None:
+    def __init__(self, scenario: Scenario, bus: can.BusABC, guard: GuardPeer, pace: Pace | None = None) -> None:
         self._scenario = scenario
+        self._pace = Pace() if pace is None else pace
+        self._channel = bus.channel_info
+        self._ended: str | None = None
         self._guard = guard
         settings, robot = scenario.configuration.settings, scenario.robot
         self._period = scenario.configuration.period_us * 1e-6
@@ -89,35 +96,84 @@ class Lockstep:
 
         `listen` is called after every cycle, for a recorder; `watch` gets to see each, for a viewer.
         """
-        scenario, period_us = self._scenario, self._scenario.configuration.period_us
         recorder = TraceRecorder()
-        cycle, finished_at = 0, None
+        if self._guard.remote:
+            self._node.forget_the_past()
+        with self._pace:
+            finished = self._cycles(recorder, progress, listen, watch)
+        if progress is not None:
+            progress(1.0, "")
+        contacts = tuple(Contact(hand.strike, hand.record) for hand in self._hands)
+        return recorder.trace(self._thresholds, contacts, finished and self._ended is None, self._ended)
+
+    @property
+    def telling(self) -> Telling:
+        """What the guard has told of itself, if it is one that cannot be looked into."""
+        return self._node.telling
+
+    def _cycles(
+        self,
+        recorder: TraceRecorder,
+        progress: Progress | None,
+        listen: Callable[[], None] | None,
+        watch: Watch | None,
+    ) -> bool:
+        """True if every phase was done."""
+        cycle, limit_s, finished_at = 0, self._scenario.time_limit_s, None
         was_permitted = False
-        while cycle * self._period < scenario.time_limit_s:
+        while cycle * self._period < limit_s:
             time_s = cycle * self._period
             self._begin_job(time_s, progress)
             self._send_hands(time_s)
-            self._node.begin_cycle(cycle)
-            self._guard.turn(cycle * period_us)
-            try:
-                self._node.end_cycle(cycle)
-            except Unreachable as error:
-                raise InputError(f"{scenario.source}: {self._place()}: {error}") from error
+            if self._ended is None:
+                self._pace.begin()
+            self._cycle(cycle)
             self._note(recorder, time_s, was_permitted)
             was_permitted = self._node.permitted
             if listen is not None:
                 listen()
             if watch is not None:
                 watch(self._moment(time_s))
+            if self._ended is None and self._given_up(cycle):
+                limit_s = time_s + COMING_TO_REST_S
+            if self._ended is not None and self._motion.standing:
+                break
             cycle += 1
             if self._motion.finished:
                 finished_at = time_s if finished_at is None else finished_at
                 if time_s >= finished_at + LAST_LOOK_S:
                     break
-        if progress is not None:
-            progress(1.0, "")
-        contacts = tuple(Contact(hand.strike, hand.record) for hand in self._hands)
-        return recorder.trace(self._thresholds, contacts, finished_at is not None)
+        return finished_at is not None
+
+    def _cycle(self, cycle: int) -> None:
+        self._node.begin_cycle(cycle)
+        self._guard.turn(cycle * self._scenario.configuration.period_us)
+        try:
+            self._node.end_cycle(cycle, self._pace.answer_timeout_s)
+        except Unreachable as error:
+            raise InputError(f"{self._scenario.source}: {self._place()}: {error}") from error
+
+    def _given_up(self, cycle: int) -> bool:
+        """Whether the guard is, and the robot with it deaf. Raises InputError if it has never been there."""
+        node, pace = self._node, self._pace
+        reason = None
+        if pace.note(node.answer):
+            assert pace.patience is not None
+            if not pace.answered and node.answer is Answer.MISSING:
+                raise InputError(
+                    f"no guard on {self._channel}: no StopCommand answered the robot for {pace.patience.start_s:g} s"
+                )
+            why = "was out of sequence" if node.answer is Answer.REFUSED else "did not come"
+            reason = f"the guard's answer {why} for {pace.patience.answer_s:g} s"
+            if node.answer is Answer.REFUSED:
+                reason = "the guard's answer was out of sequence: it has started anew, or is not alone"
+        if self._guard.remote and node.has_company:
+            reason = "two guards answer: StopCommands come with two counters"
+        if reason is None:
+            return False
+        node.deaf = True
+        self._ended = f"cycle {cycle}, {cycle * self._period:.3f} s: {reason}"
+        return True
 
     def _begin_job(self, time_s: float, progress: Progress | None) -> None:
         """Where a new step begins: grasp, tell the task, and let people come."""
@@ -157,7 +213,8 @@ class Lockstep:
         forces = (sum(hand.force_n for hand in self._hands), float(np.linalg.norm(self._guidance.force_n)))
         speed = float(np.linalg.norm(self._arm.tip_velocity()))
         phase = self._steps[max(self._job, 0)][0]
-        recorder.row(time_s, node.task, phase, node.permitted, forces, speed, indexes)
+        fresh = node.telling.fresh if self._guard.remote and self._guard.verdict is None else None
+        recorder.row(time_s, node.task, phase, node.permitted, forces, speed, indexes, fresh)
         if was_permitted and not node.permitted:
             recorder.stops.append(_stop(node, time_s))
         elif recorder.stops and recorder.stops[-1].standstill_s is None and self._motion.standing:
@@ -166,7 +223,7 @@ class Lockstep:
     def _indexes(self) -> tuple[np.ndarray, np.ndarray]:
         """r and the index in force, from the guard itself if it can be looked into, else as it last told."""
         node, verdict = self._node, self._guard.verdict
-        return (node.residual, node.index) if verdict is None else (verdict.residual, verdict.index)
+        return (node.telling.residual, node.telling.index) if verdict is None else (verdict.residual, verdict.index)
 
     def _moment(self, time_s: float) -> Moment:
         command, permitted = self._node.stop_command, self._node.permitted
@@ -215,7 +272,7 @@ def _job(step: StepTable, scenario: Scenario, tip: np.ndarray, rotation: np.ndar
 
 def _stop(node: RobotNode, time_s: float) -> Stop:
     command = node.stop_command
-    if command is None or command["Permission"] == 1:
+    if node.answer is not Answer.GOOD or command is None or command["Permission"] == 1:
         return Stop(time_s, reason=0, category=1, joint=0, value_nm=0.0, trip_number=0)
     return Stop(
         time_s,

@@ -4,6 +4,10 @@ In each cycle it sends Sync, TaskCommand and one JointState a joint, and then ob
 very cycle. It trusts nothing else: no answer, an answer to another cycle, or one that fails its E2E check is a stop.
 """
 
+import enum
+import time
+from collections import deque
+
 import can
 import numpy as np
 
@@ -11,7 +15,8 @@ from tauperp.errors import InputError
 from tauperp.sim.arm import Arm, JointSample
 from tauperp.sim.motion import Motion, Permit
 from tauperp.sim.sensors import SensorFault, Sensors
-from tauperp.wire import Receiver, Sender, Wire
+from tauperp.sim.telling import Telling
+from tauperp.wire import E2EStatus, Received, Receiver, Sender, Wire
 
 PERMITTED = (1, 14)  # Permission and its inverse: everything else is a stop
 COLLISION = 6  # StopCommand.Reason
@@ -19,6 +24,16 @@ SILENCE = 1  # stop category when nobody says which
 SENSOR_OK, NOT_AVAILABLE = 0, 15  # JointState.SensorStatus
 RESET_HALF_S = 0.02  # a reset is asked for with a square wave of this half period, for its edges
 CYCLE_MASK, NIBBLE = 0xFFFF, 0xF
+COMPANY, COMPANY_CYCLES = 3, 16  # so many StopCommands out of sequence in so many cycles are a second guard's
+OVERTIME_S = 0.05  # after the end of a wait, to read what a busy bus has put in the way
+
+
+class Answer(enum.Enum):
+    """What came to a cycle's frames."""
+
+    MISSING = enum.auto()
+    REFUSED = enum.auto()  # a StopCommand of this cycle whose counter is out of sequence
+    GOOD = enum.auto()
 
 
 class RobotNode:
@@ -42,13 +57,18 @@ class RobotNode:
         self.permitted = False
         self.sample = JointSample(*(np.zeros(arm.n) for _ in range(3)))
         n = arm.n
-        self.residual, self.index = (np.zeros(n), np.zeros(n))  # as GuardIndex last told, if it is to be heard
+        self.telling = Telling(n)  # of GuardIndex and GuardStatus, if they are to be heard
+        self.deaf = False  # obeys nobody any more: never permitted
+        self.answer = Answer.MISSING  # to the last cycle
+        self._out_of_sequence: deque[int] = deque(maxlen=COMPANY)  # cycles of StopCommands refused by their counter
         self._bus = bus
         self._sensors = sensors
         self._sender = Sender(wire, fd=fd)
         self._receiver = Receiver(wire)
-        names = ("StopCommand", "GuardIndex") if hears_indexes else ("StopCommand",)
+        names = ("StopCommand", "GuardStatus", "GuardIndex") if hears_indexes else ("StopCommand",)
         self._heard = {wire.message(name).id for name in names}
+        if hears_indexes:  # others may be on that bus
+            bus.set_filters([{"can_id": id, "can_mask": 0x7FF, "extended": False} for id in sorted(self._heard)])
         self._faults: tuple[SensorFault, ...] = ()
         self._time_s = 0.0
         self._reset_cycles = 0
@@ -76,9 +96,10 @@ class RobotNode:
     def end_cycle(self, cycle: int, answer_timeout_s: float = 0.0) -> None:
         """Hear the guard, and move the arm through the cycle as it permits.
 
-        Waits up to `answer_timeout_s` of real time for the guard's answer; in lockstep it is there already.
+        Waits up to `answer_timeout_s` of real time for the guard's answer; with 0 it reads what is there, all of it.
         """
-        permit = self._permit(cycle, answer_timeout_s)
+        self.answer = Answer.MISSING
+        permit = Permit(False, SILENCE) if self.deaf else self._permit(cycle, answer_timeout_s)
         self.permitted = permit.allowed
         self._ask_for_reset()
         torque = self.motion.step(permit, self.sample)
@@ -112,32 +133,61 @@ class RobotNode:
             frame.data[0] ^= 0xFF
         return frame
 
+    @property
+    def has_company(self) -> bool:
+        """StopCommands of two counters come in: two guards, which a robot cannot obey."""
+        cycles = self._out_of_sequence
+        return len(cycles) == COMPANY and cycles[-1] - cycles[0] < COMPANY_CYCLES
+
+    def forget_the_past(self) -> None:
+        """What was said on the bus before the first cycle answers nothing."""
+        end_s = time.monotonic() + OVERTIME_S
+        while time.monotonic() < end_s and (frame := self._bus.recv(timeout=0.0)) is not None:
+            self._receiver.receive(frame)
+
     def _permit(self, cycle: int, timeout_s: float) -> Permit:
         """Read the bus dry, or until the answer to this cycle is there."""
+        self.telling.begin()
         answered = False
-        while not answered or timeout_s == 0.0:
-            frame = self._bus.recv(timeout=timeout_s)
+        end_s = time.monotonic() + timeout_s if timeout_s > 0.0 else 0.0
+        while self.answer is not Answer.GOOD or timeout_s == 0.0:
+            left_s = end_s - time.monotonic() if timeout_s > 0.0 else 0.0
+            frame = self._bus.recv(timeout=max(0.0, left_s)) if left_s > -OVERTIME_S else None
             if frame is None:
                 break
             if frame.arbitration_id not in self._heard:
                 continue
             received = self._receiver.receive(frame)
-            if received is None or not received.status.accepted or received.invalid:
+            if received is None:
                 continue
             if received.message.name == "StopCommand":
-                self.stop_command = received.signals
-                answered = received.signals["Cycle"] == cycle & NIBBLE
-            elif received.message.name == "GuardIndex":
-                joint = int(received.signals["Joint"])
-                if joint < self.arm.n:
-                    self.residual[joint] = received.signals[f"Residual{joint + 1}"]
-                    self.index[joint] = received.signals[f"Index{joint + 1}"]
-        if not answered or self.stop_command is None:
+                answered |= self._take(received, frame, cycle)
+            elif received.status.accepted and not received.invalid:
+                self.telling.hear(received)
+        if not answered or self.stop_command is None or self.has_company:
             return Permit(False, SILENCE)
         command = self.stop_command
         if (command["Permission"], command["PermissionInverted"]) == PERMITTED:
             return Permit(True)
         return Permit(False, int(command["StopCategory"]), command["Reason"] == COLLISION)
+
+    def _take(self, received: Received, frame: can.Message, cycle: int) -> bool:
+        """A StopCommand: whether it is the answer to this cycle and may be obeyed."""
+        if received.status.accepted and not received.invalid:
+            self.stop_command = received.signals
+            if received.signals["Cycle"] != cycle & NIBBLE:
+                return False
+            self.answer = Answer.GOOD
+            return True
+        if received.status in (E2EStatus.REPEATED, E2EStatus.WRONG_SEQUENCE):
+            self._out_of_sequence.append(cycle)
+        if received.status is not E2EStatus.WRONG_CRC and self._cycle_of(received, frame) == cycle & NIBBLE:
+            # The first frame of all is not obeyed, but it does answer: its sender is there.
+            self.answer = Answer.GOOD if received.status is E2EStatus.INITIAL else Answer.REFUSED
+        return False
+
+    def _cycle_of(self, received: Received, frame: can.Message) -> int:
+        return int(received.message.decode(frame.data)["Cycle"])
 
     def _ask_for_reset(self) -> None:
         """While only the permission is missing, ask for it with the number of the trip that took it."""

@@ -41,6 +41,7 @@ class Trace:
     time_s: Vector  # (N,) of the Sync
     residual_nm: Vector  # (N, n) r
     index_nm: Vector  # (N, n) the index in force
+    told: NDArray[np.int64]  # (N, n) the row in which the value of both was new: its own, unless the bus tells in turns
     threshold_nm: Vector  # (N, n) of the task in force
     task: NDArray[np.int64]  # (N,)
     phase: NDArray[np.int64]  # (N,) from 0
@@ -51,6 +52,7 @@ class Trace:
     stops: tuple[Stop, ...]
     contacts: tuple[Contact, ...]
     finished: bool  # every phase was done before the time limit
+    ended: str | None = None  # why the run was given up, in words
 
     def under_way(self, settle_s: float) -> NDArray[np.bool_]:
         """(N,) whether a collision is under way: from its first touch until `settle_s` after its last."""
@@ -61,6 +63,11 @@ class Trace:
                 mask |= (self.time_s >= begin) & (self.time_s <= end + settle_s)
         return mask
 
+    def free(self, settle_s: float) -> NDArray[np.bool_]:
+        """(N, n) whether no collision is under way, neither now nor when the values of r and the index were new."""
+        rows = ~self.under_way(settle_s)
+        return rows[:, None] & rows[self.told]
+
 
 @dataclass
 class TraceRecorder:
@@ -70,6 +77,7 @@ class TraceRecorder:
     _rows: list[tuple[float, int, int, bool, float, float, float]] = field(default_factory=list)
     _residual: list[Vector] = field(default_factory=list)
     _index: list[Vector] = field(default_factory=list)
+    _fresh: list[NDArray[np.bool_] | None] = field(default_factory=list)
 
     def row(
         self,
@@ -80,13 +88,20 @@ class TraceRecorder:
         forces_n: tuple[float, float],
         tip_speed_m_s: float,
         indexes: tuple[Vector, Vector],
+        fresh: NDArray[np.bool_] | None = None,
     ) -> None:
-        """One cycle: `forces_n` of contact and guiding, `indexes` the residual and the index in force, (n,) each."""
+        """One cycle: `forces_n` of contact and guiding, `indexes` the residual and the index in force, (n,) each.
+
+        `fresh` (n,): which of the indexes are new; by default all.
+        """
         self._rows.append((time_s, task, phase, permitted, *forces_n, tip_speed_m_s))
         self._residual.append(indexes[0].copy())
         self._index.append(indexes[1].copy())
+        self._fresh.append(fresh)
 
-    def trace(self, thresholds: dict[int, Vector], contacts: tuple[Contact, ...], finished: bool) -> Trace:
+    def trace(
+        self, thresholds: dict[int, Vector], contacts: tuple[Contact, ...], finished: bool, ended: str | None = None
+    ) -> Trace:
         """Everything as arrays; `thresholds` (n,) by task number."""
         time, task, phase, permitted, contact, guiding, speed = (
             np.array(column) for column in zip(*self._rows, strict=True)
@@ -95,6 +110,7 @@ class TraceRecorder:
             time_s=time,
             residual_nm=np.array(self._residual),
             index_nm=np.array(self._index),
+            told=self._told(),
             threshold_nm=np.array([thresholds[int(number)] for number in task]),
             task=task,
             phase=phase,
@@ -105,4 +121,11 @@ class TraceRecorder:
             stops=tuple(self.stops),
             contacts=contacts,
             finished=finished,
+            ended=ended,
         )
+
+    def _told(self) -> NDArray[np.int64]:
+        rows = np.broadcast_to(np.arange(len(self._index))[:, None], np.shape(self._index))
+        every = np.ones(rows.shape[1], bool)
+        fresh = np.array([every if one is None else one for one in self._fresh])
+        return np.maximum.accumulate(np.where(fresh, rows, 0), axis=0)

@@ -93,12 +93,14 @@ def _row(collision: dict[str, Any]) -> tuple[str, ...]:
 def _lines(report: dict[str, Any]) -> Iterator[str]:
     name, alone, hashes = _name(report), report["residual_alone"], report["hashes"]
     verdict = "[green]passed[/green]" if report["passed"] else "[red]failed[/red]"
-    late = "" if report["finished"] else "; the time limit came before the end"
+    late = "" if report["finished"] or report["ended"] else "; the time limit came before the end"
     yield ""
     yield (
         f"[bold]{name}[/bold] {verdict}: {report['false_stops']} false stops{late}; without a collision the index "
         f"stayed below {report['peak_index_free_nm']:.2f} Nm, r reached {report['peak_residual_free_nm']:.2f} Nm"
     )
+    if report["ended"]:
+        yield f"  [red]ended[/red] at {report['ended']}; the robot stopped by itself"
     limit = report["threshold_nm"]
     if alone["false_stops"]:
         yield (
@@ -108,8 +110,28 @@ def _lines(report: dict[str, Any]) -> Iterator[str]:
     else:
         yield f"  the same threshold of {limit} Nm on r alone would not have stopped the robot without a collision"
     for stop in report["stops"]:
-        if stop["cause"] != "collision":
+        if stop["cause"] not in ("collision", "guard"):
             kind = "false stop" if stop["cause"] == "none" else "stop by a fault"
             yield f"  [red]{kind}[/red] at {stop['time_s']:.3f} s: {stop['reason']}, joint {stop['joint']}"
+    if "real_time" in report:
+        yield f"  {_real_time(report['real_time'])}"
+    if report["guard"]["whose"] == "bus":
+        yield "  the guard is the bus's: " + "; ".join(report["guard"]["differences"] or ["configured as the scenario"])
     about = f"{report['robot']}, {report['rate_hz']:g} Hz {report['format']}, seed {report['seed']}"
     yield f"  {about}; {provenance_line(hashes)}"
+
+
+def _real_time(kept: dict[str, Any]) -> str:
+    """How well the clock was kept; in red what was not."""
+    late, silent = kept["late_cycles"], kept["permission_not_in_time"]
+    slower = kept["times_slower_than_real"]
+    return (
+        f"real time, {kept['period_us']} us: {_red(late)} of {kept['cycles']} cycles began late by more than half a "
+        f"period (p99 {kept['p99_lateness_us']:.0f} us, at most {kept['largest_lateness_us']:.0f} us), "
+        f"{_red(kept['skipped_periods'])} periods skipped, {_red(silent)} times no permission in time; "
+        f"took {1.0 if slower is None else slower:.3f} of its time"
+    )
+
+
+def _red(count: int) -> str:
+    return f"[red]{count}[/red]" if count else "0"

@@ -1,0 +1,68 @@
+"""The command line of who plays a robot on a bus: which bus, whose guard, whose time."""
+
+import argparse
+from collections.abc import Callable
+from typing import Literal
+
+import can
+
+from tauperp.bus import DEFAULT_INTERFACE, add_bus_arguments, open_bus
+from tauperp.errors import InputError
+from tauperp.experiment import Setup
+from tauperp.sim.pace import Patience
+
+GUARD_HELP = """With a bus that is named, the guard is whoever answers on it (exit code 2 if nobody does); without one,
+or on python-can's virtual bus, it is the firmware's library in this process."""
+LONGEST_PATIENCE_S = 3600.0
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0 < value <= LONGEST_PATIENCE_S:
+        raise ValueError
+    return value
+
+
+_seconds.__name__ = "number of seconds"  # as argparse calls it
+
+
+def add_playing_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--guard",
+        choices=("library", "bus"),
+        help="whose: the library's in this process, or the bus's (bus if --interface or --channel name one that is not "
+        "virtual)",
+    )
+    parser.add_argument(
+        "--real-time",
+        action="store_true",
+        help="cycles by the clock, waiting for nobody; cycles that begin late and permission that is not there in time "
+        "are counted. Without it each cycle waits for the guard's answer to it",
+    )
+    parser.add_argument(
+        "--start-timeout",
+        type=_seconds,
+        default=Patience.start_s,
+        metavar="S",
+        help=f"real time without a first answer, after which there is no guard ({Patience.start_s:g})",
+    )
+    parser.add_argument(
+        "--answer-timeout",
+        type=_seconds,
+        default=Patience.answer_s,
+        metavar="S",
+        help="real time without the answer to a cycle, after which the robot stops by itself and the run ends "
+        f"({Patience.answer_s:g})",
+    )
+    add_bus_arguments(parser)
+
+
+def setup_of(args: argparse.Namespace, *, fd: bool) -> Setup:
+    """What the arguments ask for. Raises InputError for a guard on a bus that is not named."""
+    named = bool({"interface", "channel"} & {name for name, value in vars(args).items() if value is not None})
+    virtual = getattr(args, "interface", None) == DEFAULT_INTERFACE
+    guard: Literal["library", "bus"] = args.guard or ("bus" if named and not virtual else "library")
+    if guard == "bus" and not named:
+        raise InputError("--guard bus: which bus? Name it by --interface and --channel")
+    bus: Callable[[], can.BusABC] | None = (lambda: open_bus(args, fd=fd)) if named else None
+    return Setup(bus, guard, args.real_time, Patience(args.start_timeout, args.answer_timeout))

@@ -1,0 +1,153 @@
+"""When the cycles of a run begin, and how long the robot waits for the guard's answer in each.
+
+Pace            simulated time: a guard in this process has answered before the robot looks
+Patient         lockstep with a guard elsewhere on the bus: each cycle waits for the answer to that cycle
+RealTime        by the monotonic clock, waiting for nobody: an answer that is not there in time is silence
+"""
+
+import gc
+import math
+import time
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from tauperp.sim.node import Answer
+
+START_CYCLE_S = 0.4  # for one cycle before the first answer; a guard in lockstep looks at a silent bus after 0.25 s
+SPIN_S = 0.0005  # of the wait for a cycle is not slept, as a sleep ends late
+
+
+@dataclass(frozen=True)
+class Patience:
+    """Seconds of real time without an answer after which there is no guard: before the first one, and later."""
+
+    start_s: float = 2.0
+    answer_s: float = 0.5
+
+
+class Pace:
+    """Nobody is waited for. A context manager around the run."""
+
+    answered = False  # the guard has, at least once
+    patience: Patience | None = None  # None: silence is a stop as any other, and the run goes on
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, at: TracebackType | None) -> None:
+        pass
+
+    def begin(self) -> None:
+        """Returns when the next cycle is to begin."""
+
+    @property
+    def answer_timeout_s(self) -> float:
+        """How long to wait for the answer to the cycle whose frames have just been sent; 0: see what is there."""
+        return 0.0
+
+    def note(self, answer: Answer) -> bool:
+        """What came of it. True if the guard is to be given up."""
+        self.answered |= answer is Answer.GOOD
+        return False
+
+    @property
+    def report(self) -> dict[str, Any] | None:
+        """How well it was kept, where that is a question."""
+        return None
+
+
+class Patient(Pace):
+    def __init__(self, patience: Patience) -> None:
+        self.patience = patience
+        self._patience = patience
+        self._begun_s = math.nan
+
+    def __enter__(self) -> Self:
+        self._begun_s = time.monotonic()
+        return self
+
+    @property
+    def answer_timeout_s(self) -> float:
+        return self._patience.answer_s if self.answered else min(START_CYCLE_S, self._patience.start_s)
+
+    def note(self, answer: Answer) -> bool:
+        if answer is Answer.GOOD:
+            self.answered = True
+            return False
+        return self.answered or time.monotonic() >= self._begun_s + self._patience.start_s
+
+
+class RealTime(Pace):
+    """Absolute times, so that errors do not add up: sleep, then spin for the rest.
+
+    A cycle is late if it begins more than half a period after it was due. Whole periods that are missed are skipped:
+    what happens in the robot's world then takes longer than it should, and the report says by how much. Permission is
+    in time until the middle of the cycle: the rest is for moving the arm. `patience` None if the guard is in this
+    process.
+    """
+
+    def __init__(self, period_s: float, patience: Patience | None) -> None:
+        self.patience = patience
+        self._period = period_s
+        self._due_s = self._answered_s = self._begun_s = self._first_s = math.nan
+        self._lateness_s: list[float] = []
+        self._skipped = self._missing = 0
+        self._collecting = False
+
+    def __enter__(self) -> Self:
+        self._collecting = gc.isenabled()
+        gc.collect()
+        gc.disable()  # it costs milliseconds whenever it likes
+        self._due_s = self._answered_s = self._first_s = time.monotonic()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, at: TracebackType | None) -> None:
+        if self._collecting:
+            gc.enable()
+
+    def begin(self) -> None:
+        wait_s = self._due_s - SPIN_S - time.monotonic()
+        if wait_s > 0:
+            time.sleep(wait_s)
+        while (now_s := time.monotonic()) < self._due_s:
+            pass
+        late_s = now_s - self._due_s
+        self._lateness_s.append(late_s)
+        missed = int(late_s / self._period)
+        self._skipped += missed
+        self._begun_s = now_s
+        self._due_s += (missed + 1) * self._period
+
+    @property
+    def answer_timeout_s(self) -> float:
+        """Never zero: that would be the other way to look."""
+        return max(1e-6, self._begun_s + self._period / 2 - time.monotonic())
+
+    def note(self, answer: Answer) -> bool:
+        now_s = time.monotonic()
+        if answer is Answer.GOOD:
+            self.answered, self._answered_s = True, now_s
+            return False
+        self._missing += 1
+        if self.patience is None:
+            return False
+        return now_s >= self._answered_s + (self.patience.answer_s if self.answered else self.patience.start_s)
+
+    @property
+    def report(self) -> dict[str, Any]:
+        late_s = np.array(self._lateness_s)
+        cycles = len(late_s)
+        took_s = self._begun_s - self._first_s
+        return {
+            "period_us": round(self._period * 1e6),
+            "cycles": cycles,
+            "late_cycles": int((late_s > self._period / 2).sum()),
+            "skipped_periods": self._skipped,
+            "permission_not_in_time": self._missing,
+            "p99_lateness_us": round(float(np.percentile(late_s, 99)) * 1e6, 1),
+            "largest_lateness_us": round(float(late_s.max()) * 1e6, 1),
+            "times_slower_than_real": round(took_s / ((cycles - 1) * self._period), 4) if cycles > 1 else None,
+        }
