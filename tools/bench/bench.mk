@@ -30,6 +30,7 @@ $(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(foreach program,$(BE
     $(eval $(call BENCH_RULES,$(target),$(numeric),$(program))))))
 
 BENCH_TARGETS ?= $(TARGETS)
+BASELINE ?= tools/bench/baseline.json
 BENCH_RUNS = $(foreach numeric,$(BENCH_NUMERICS),$(BENCH_TARGETS:%=%:$(numeric)))
 
 .PHONY: bench bench-images
