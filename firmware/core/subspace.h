@@ -14,8 +14,8 @@
  * n 1 to ROBOT_MAX_JOINTS, k 0 to SUBSPACE_MAX_COLUMNS; entries below 64 in size, and zero from n on. The tolerance is
  * in the unit of A. Sweeps are bounded; `converged` tells whether the bound was enough (it is for finite input).
  * With NaN or infinity in A the step terminates with converged false and rank 0: nothing counts as explained.
- * Cost of a 7 x 6 step and reject on a Cortex-M4F, float: 4,000 instructions, and 170 for every rotation, of which
- * `make bench` needs 26 at most, with the sweeps around them.
+ * Cost of a 7 x 6 step and reject on a Cortex-M4F, float: about 3,800 instructions, and 220 for every rotation with its
+ * share of the sweeps and of the way back; the states of `make bench` take 26 rotations at most.
  */
 #ifndef TAUPERP_SUBSPACE_H
 #define TAUPERP_SUBSPACE_H
