@@ -5,7 +5,7 @@ BENCH_SOURCES := tools/bench/states.c tools/bench/report.c firmware/boards/commo
 BENCH_FIRMWARE_stages = $(wildcard firmware/core/*.c)
 BENCH_FIRMWARE_guard = $(FIRMWARE_SOURCES) tools/bench/cycle.c
 BENCH_FIRMWARE_image = $(FIRMWARE_SOURCES)
-BENCH_NUMERICS ?= float
+BENCH_NUMERICS ?= float fixed
 BENCH_SOURCES_cortex_m := $(wildcard firmware/boards/cortex_m/*.c)
 BENCH_SOURCES_versal_r5 := $(HOME_SOURCES_versal_r5) $(addprefix firmware/boards/versal_r5/,pmu.c counter.c)
 
@@ -33,10 +33,16 @@ BENCH_TARGETS ?= $(TARGETS)
 BASELINE ?= tools/bench/baseline.json
 BENCH_RUNS = $(foreach numeric,$(BENCH_NUMERICS),$(BENCH_TARGETS:%=%:$(numeric)))
 
-.PHONY: bench bench-images
+BASELINE ?= tools/bench/baseline.json
+BENCH_WRITE :=
+
+.PHONY: bench bench-images bench-baseline
 bench-images: $(foreach numeric,$(BENCH_NUMERICS),$(foreach target,$(BENCH_TARGETS),$(foreach program,$(BENCH_PROGRAMS),\
     $(call bench_image,$(target),$(numeric),$(program)))))
 
 bench: ## count instructions, flash, RAM and stack on emulated controllers; out/bench.json
 	@$(MAKE) -j $(JOBS) bench-images > /dev/null
-	@$(PYTHON) tools/bench/bench.py --opt=$(OPT) --json out/bench.json $(if $(BASELINE),--baseline $(BASELINE)) $(BENCH_RUNS)
+	@$(PYTHON) tools/bench/bench.py --opt=$(OPT) --json out/bench.json --baseline $(BASELINE) $(BENCH_WRITE) $(BENCH_RUNS)
+
+bench-baseline: ## the same, and keep the numbers as what later ones are measured against
+	@$(MAKE) bench BENCH_WRITE=--write-baseline
