@@ -692,7 +692,7 @@ struct tauperp_guard_status_t {
     uint8_t format;
 
     /**
-     * Smallest singular value of the basis that the task projects out.
+     * Smallest singular value of the basis that the task projects out; while all of it is explained a lower bound, at most a factor of sqrt(6) below.
      *
      * Range: 0..65535 (0..6.5535 -)
      * Scale: 0.0001
