@@ -232,7 +232,7 @@ static bool take_answer(hold_t *self, const struct canfd_frame *frame, uint16_t 
         return false;
     }
     const e2e_status_t status = e2e_check(&self->receiver, frame->data, frame->len, stop->data_ids, 1u);
-    if (!e2e_accepts(status)) {
+    if (!e2e_accepts(status) && (status != E2E_INITIAL)) {
         self->refused++;
         return false;
     }
@@ -240,7 +240,8 @@ static bool take_answer(hold_t *self, const struct canfd_frame *frame, uint16_t 
         return false;
     }
     self->answered++;
-    self->permitted += (frame->data[2] == PERMITTED) ? 1u : 0u;
+    /* The first answer begins the count and permits nothing. */
+    self->permitted += (e2e_accepts(status) && (frame->data[2] == PERMITTED)) ? 1u : 0u;
     return true;
 }
 

@@ -375,10 +375,10 @@ def test_a_reader_that_does_not_read_does_not_stop_it(
     try:
         process.stdout.readline()
         robot = Robot(calm, wire, bus)
-        for number in range(600):  # 600 lines of 100 bytes do not fit into a pipe
+        for number in range(2000):  # so many lines of 70 bytes do not fit into a pipe
             error = can.Message(arbitration_id=0x40 if number % 2 else 0x100, is_error_frame=True, data=bytes(8))
             bus.send(error)
-            if number % 100 == 0:
+            if number % 200 == 0:
                 robot.live(PERIOD_S, PERIOD_S)
         robot.live(5 * PERIOD_S, PERIOD_S)
         assert robot.answer is not None

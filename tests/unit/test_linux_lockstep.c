@@ -1,0 +1,169 @@
+/* Guard time as bus time: firmware/boards/linux/lockstep.h. */
+#include "../../firmware/boards/linux/lockstep.c"
+
+#include "unity.h"
+
+#define PERIOD_US 1000u
+
+static lockstep_t lockstep;
+
+void setUp(void) {
+    lockstep = (lockstep_t){.period_us = PERIOD_US};
+}
+void tearDown(void) {}
+
+static can_frame_t sync(uint16_t cycle) {
+    const protocol_receive_t *const entry = &protocol_receive[PROTOCOL_RECEIVE_SYNC];
+    can_frame_t frame = {.id = entry->id, .length = entry->length};
+    frame.data[2] = (uint8_t)(cycle & 0xFFu);
+    frame.data[3] = (uint8_t)(cycle >> 8u);
+    e2e_seal(frame.data, frame.length, entry->data_ids, (uint8_t)(cycle & E2E_COUNTER_MASK));
+    return frame;
+}
+
+/* Ticks that the frame owes. */
+static uint32_t hear(can_frame_t frame) {
+    uint32_t ticks = 0;
+    lockstep_hear(&lockstep, &frame);
+    while (lockstep_owes_tick(&lockstep)) {
+        ticks++;
+    }
+    return ticks;
+}
+
+static uint32_t hear_sync(uint16_t cycle) {
+    return hear(sync(cycle));
+}
+
+static void hear_joint(void) {
+    (void)hear((can_frame_t){.id = 0x101u, .length = 8u});
+}
+
+static void test_nothing_is_due_before_the_first_sync(void) {
+    hear_joint();
+    TEST_ASSERT_FALSE(lockstep_complete(&lockstep));
+    TEST_ASSERT_FALSE(lockstep_silence(&lockstep));
+}
+
+static void test_every_sync_is_a_period_later_and_every_cycle_has_one_tick(void) {
+    for (uint16_t cycle = 0; cycle < 100u; cycle++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(cycle));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)cycle * PERIOD_US, lockstep.now_us);
+        TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
+        TEST_ASSERT_FALSE(lockstep_complete(&lockstep));
+    }
+}
+
+static void test_the_cycle_number_wraps_and_time_goes_on(void) {
+    (void)hear_sync(65535u);
+    (void)hear_sync(0u);
+    TEST_ASSERT_EQUAL_UINT64(65536u * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_a_cycle_that_was_not_completed_has_its_tick_before_the_next_sync(void) {
+    (void)hear_sync(0u);
+    TEST_ASSERT_EQUAL_UINT32(1u, hear_sync(1u));
+}
+
+static void test_cycles_without_sync_have_their_ticks_at_their_times(void) {
+    (void)hear_sync(10u);
+    (void)lockstep_complete(&lockstep);
+    const can_frame_t frame = sync(13u);
+    lockstep_hear(&lockstep, &frame);
+    TEST_ASSERT_TRUE(lockstep_owes_tick(&lockstep));
+    TEST_ASSERT_EQUAL_UINT64(11u * (uint64_t)PERIOD_US, lockstep.now_us);
+    TEST_ASSERT_TRUE(lockstep_owes_tick(&lockstep));
+    TEST_ASSERT_EQUAL_UINT64(12u * (uint64_t)PERIOD_US, lockstep.now_us);
+    TEST_ASSERT_FALSE(lockstep_owes_tick(&lockstep));
+    TEST_ASSERT_EQUAL_UINT64(13u * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_a_jump_is_held_to_what_no_deadline_survives(void) {
+    (void)hear_sync(0u);
+    TEST_ASSERT_EQUAL_UINT32(LOCKSTEP_MAX_STEP, hear_sync(5000u));
+    TEST_ASSERT_EQUAL_UINT64(LOCKSTEP_MAX_STEP * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_a_repeated_or_older_sync_moves_nothing(void) {
+    (void)hear_sync(20u);
+    (void)lockstep_complete(&lockstep);
+    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(20u));
+    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(19u));
+    TEST_ASSERT_EQUAL_UINT64(20u * (uint64_t)PERIOD_US, lockstep.now_us);
+    (void)hear_sync(21u);
+    TEST_ASSERT_EQUAL_UINT64(21u * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_a_robot_that_starts_anew_is_gone_on_with(void) {
+    (void)hear_sync(200u);
+    (void)lockstep_complete(&lockstep);
+    (void)hear_sync(0u);
+    TEST_ASSERT_EQUAL_UINT64(200u * (uint64_t)PERIOD_US, lockstep.now_us);
+    for (uint16_t cycle = 1; cycle < 5u; cycle++) {
+        (void)hear_sync(cycle);
+        TEST_ASSERT_EQUAL_UINT64((200u + (uint64_t)cycle) * PERIOD_US, lockstep.now_us);
+    }
+}
+
+static void test_a_corrupted_sync_moves_nothing(void) {
+    (void)hear_sync(0u);
+    can_frame_t frame = sync(1u);
+    frame.data[2] ^= 4u;
+    TEST_ASSERT_EQUAL_UINT32(0u, hear(frame));
+    TEST_ASSERT_EQUAL_UINT64(0u, lockstep.now_us);
+}
+
+static void test_silence_ends_a_cycle_once(void) {
+    (void)hear_sync(7u);
+    hear_joint();
+    TEST_ASSERT_TRUE(lockstep_silence(&lockstep));
+    TEST_ASSERT_FALSE(lockstep_silence(&lockstep));
+    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(8u));
+    TEST_ASSERT_EQUAL_UINT64(8u * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_readings_without_sync_are_a_cycle_of_their_own(void) {
+    (void)hear_sync(7u);
+    (void)lockstep_complete(&lockstep);
+    hear_joint();
+    TEST_ASSERT_TRUE(lockstep_silence(&lockstep));
+    TEST_ASSERT_EQUAL_UINT64(8u * (uint64_t)PERIOD_US, lockstep.now_us);
+    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(9u));
+    TEST_ASSERT_EQUAL_UINT64(9u * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_a_cycle_that_was_taken_for_lost_may_still_begin(void) {
+    (void)hear_sync(7u);
+    (void)lockstep_complete(&lockstep);
+    hear_joint();
+    (void)lockstep_silence(&lockstep);
+    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(8u));
+    TEST_ASSERT_EQUAL_UINT64(8u * (uint64_t)PERIOD_US, lockstep.now_us);
+    TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
+}
+
+static void test_a_pause_after_the_answer_is_no_cycle(void) {
+    (void)hear_sync(7u);
+    (void)lockstep_complete(&lockstep);
+    (void)hear((can_frame_t){.id = 0x030u, .length = 4u}); /* a reset, asked for between two cycles */
+    TEST_ASSERT_FALSE(lockstep_silence(&lockstep));
+    TEST_ASSERT_EQUAL_UINT64(7u * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_nothing_is_due_before_the_first_sync);
+    RUN_TEST(test_every_sync_is_a_period_later_and_every_cycle_has_one_tick);
+    RUN_TEST(test_the_cycle_number_wraps_and_time_goes_on);
+    RUN_TEST(test_a_cycle_that_was_not_completed_has_its_tick_before_the_next_sync);
+    RUN_TEST(test_cycles_without_sync_have_their_ticks_at_their_times);
+    RUN_TEST(test_a_jump_is_held_to_what_no_deadline_survives);
+    RUN_TEST(test_a_repeated_or_older_sync_moves_nothing);
+    RUN_TEST(test_a_robot_that_starts_anew_is_gone_on_with);
+    RUN_TEST(test_a_corrupted_sync_moves_nothing);
+    RUN_TEST(test_silence_ends_a_cycle_once);
+    RUN_TEST(test_readings_without_sync_are_a_cycle_of_their_own);
+    RUN_TEST(test_a_cycle_that_was_taken_for_lost_may_still_begin);
+    RUN_TEST(test_a_pause_after_the_answer_is_no_cycle);
+    return UNITY_END();
+}
