@@ -12,6 +12,7 @@ import pytest
 from emulator import Emulator, versal_image
 
 from tauperp.bus import open_bus
+from tauperp.config import Numeric
 from tauperp.firmware import Guard, Reason, Verdict
 from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.sim.lockstep import Lockstep
@@ -53,13 +54,16 @@ class ComparedGuard:
         self.cycles += 1
 
 
+@pytest.mark.parametrize(("numeric", "build"), [("float32", "float"), ("q9.22", "fixed")])
 @pytest.mark.parametrize("name", ["payload", "contact"])
-def test_an_experiment_has_the_same_stops_and_the_same_bytes_as_with_the_library(name: str) -> None:
+def test_an_experiment_has_the_same_stops_and_the_same_bytes_as_with_the_library(
+    name: str, numeric: Numeric, build: str
+) -> None:
     scenario: Scenario = load_scenario(shipped(name))
-    block = scenario.configuration.block()
+    block = scenario.configuration.block(numeric)
     fd = scenario.configuration.settings.wire.format == "fd"
     bus = {"interface": "socketcan", "channel": CHANNEL, "fd": fd}
-    image = versal_image(name, block)
+    image = versal_image(f"{name}-{build}", block, numeric=build)
     with Emulator(image, CHANNEL) as emulator, open_bus(**bus) as robot, open_bus(**bus) as ear:
         emulator.wait_for("on the bus")
         guard = ComparedGuard(ear, Guard(block))

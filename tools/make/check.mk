@@ -32,7 +32,7 @@ target-programs: library venv
 	@if ! tools/toolbox qemu arm; then $(call skip,$@,the target tests: no emulator or ARM compiler); \
 	    else $(MAKE) -k -j $(JOBS) unit-images >/dev/null; $(call run_pytest,$@,-n $(JOBS) $(filter-out $(TARGET_BUS_TESTS),$(wildcard tests/target/test_*.py))); fi
 
-target-bus: library venv
+target-bus: library library-fixed venv
 	@if ! tools/toolbox qemu arm; then $(call skip,$@,the experiments on the target: no emulator or ARM compiler); \
 	    elif ! tools/vcan true; then $(call skip,$@,the experiments on the target: no vcan0 to be had here); \
 	    else $(call run_pytest,$@,$(TARGET_BUS_TESTS),tools/vcan); fi
