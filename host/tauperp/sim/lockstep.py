@@ -26,6 +26,7 @@ from tauperp.sim.trajectory import Planner, Unreachable
 
 LAST_LOOK_S = 0.5  # simulated after the last step is done
 COMING_TO_REST_S = 2.0  # simulated at most after a guard has been given up
+AT_REST_S = 0.1  # and after the robot has stopped then
 REACTION_S = 0.15  # until a person whose hand has stopped a robot takes it away
 
 Progress = Callable[[float, str], None]  # share of the steps done, 0 to 1, and the phase's name
@@ -137,7 +138,7 @@ class Lockstep:
             if self._ended is None and self._given_up(cycle):
                 limit_s = time_s + COMING_TO_REST_S
             if self._ended is not None and self._motion.standing:
-                break
+                limit_s = min(limit_s, time_s + AT_REST_S)
             cycle += 1
             if self._motion.finished:
                 finished_at = time_s if finished_at is None else finished_at
@@ -163,10 +164,9 @@ class Lockstep:
                 raise InputError(
                     f"no guard on {self._channel}: no StopCommand answered the robot for {pace.patience.start_s:g} s"
                 )
-            why = "was out of sequence" if node.answer is Answer.REFUSED else "did not come"
-            reason = f"the guard's answer {why} for {pace.patience.answer_s:g} s"
-            if node.answer is Answer.REFUSED:
-                reason = "the guard's answer was out of sequence: it has started anew, or is not alone"
+            reason = f"no answer of the guard for {pace.patience.answer_s:g} s"
+            if node.answer is Answer.OTHER:
+                reason += ", only StopCommands of another cycle or out of sequence: it started anew, or is not alone"
         if self._guard.remote and node.has_company:
             reason = "two guards answer: StopCommands come with two counters"
         if reason is None:

@@ -24,7 +24,7 @@ SILENCE = 1  # stop category when nobody says which
 SENSOR_OK, NOT_AVAILABLE = 0, 15  # JointState.SensorStatus
 RESET_HALF_S = 0.02  # a reset is asked for with a square wave of this half period, for its edges
 CYCLE_MASK, NIBBLE = 0xFFFF, 0xF
-COMPANY, COMPANY_CYCLES = 3, 16  # so many StopCommands out of sequence in so many cycles are a second guard's
+COMPANY, COMPANY_FRAMES = 8, 24  # so many StopCommands out of sequence among so many are a second guard's
 OVERTIME_S = 0.05  # after the end of a wait, to read what a busy bus has put in the way
 
 
@@ -32,7 +32,7 @@ class Answer(enum.Enum):
     """What came to a cycle's frames."""
 
     MISSING = enum.auto()
-    REFUSED = enum.auto()  # a StopCommand of this cycle whose counter is out of sequence
+    OTHER = enum.auto()  # only StopCommands of another cycle, or of this one with a counter out of sequence
     GOOD = enum.auto()
 
 
@@ -60,7 +60,7 @@ class RobotNode:
         self.telling = Telling(n)  # of GuardIndex and GuardStatus, if they are to be heard
         self.deaf = False  # obeys nobody any more: never permitted
         self.answer = Answer.MISSING  # to the last cycle
-        self._out_of_sequence: deque[int] = deque(maxlen=COMPANY)  # cycles of StopCommands refused by their counter
+        self._out_of_sequence: deque[bool] = deque(maxlen=COMPANY_FRAMES)  # of StopCommands: refused by the counter
         self._bus = bus
         self._sensors = sensors
         self._sender = Sender(wire, fd=fd)
@@ -135,9 +135,9 @@ class RobotNode:
 
     @property
     def has_company(self) -> bool:
-        """StopCommands of two counters come in: two guards, which a robot cannot obey."""
-        cycles = self._out_of_sequence
-        return len(cycles) == COMPANY and cycles[-1] - cycles[0] < COMPANY_CYCLES
+        """StopCommands of two counters come in: two guards, which a robot cannot obey. Of two that take turns about
+        half are out of sequence; of one whose frames get lost, one each time."""
+        return self._out_of_sequence.count(True) >= COMPANY
 
     def forget_the_past(self) -> None:
         """What was said on the bus before the first cycle answers nothing."""
@@ -173,21 +173,17 @@ class RobotNode:
 
     def _take(self, received: Received, frame: can.Message, cycle: int) -> bool:
         """A StopCommand: whether it is the answer to this cycle and may be obeyed."""
+        self.answer = Answer.OTHER
+        self._out_of_sequence.append(received.status in (E2EStatus.REPEATED, E2EStatus.WRONG_SEQUENCE))
         if received.status.accepted and not received.invalid:
             self.stop_command = received.signals
             if received.signals["Cycle"] != cycle & NIBBLE:
                 return False
             self.answer = Answer.GOOD
             return True
-        if received.status in (E2EStatus.REPEATED, E2EStatus.WRONG_SEQUENCE):
-            self._out_of_sequence.append(cycle)
-        if received.status is not E2EStatus.WRONG_CRC and self._cycle_of(received, frame) == cycle & NIBBLE:
-            # The first frame of all is not obeyed, but it does answer: its sender is there.
-            self.answer = Answer.GOOD if received.status is E2EStatus.INITIAL else Answer.REFUSED
+        if received.status is E2EStatus.INITIAL and received.message.decode(frame.data)["Cycle"] == cycle & NIBBLE:
+            self.answer = Answer.GOOD  # the first frame of all is not obeyed, but its sender is there
         return False
-
-    def _cycle_of(self, received: Received, frame: can.Message) -> int:
-        return int(received.message.decode(frame.data)["Cycle"])
 
     def _ask_for_reset(self) -> None:
         """While only the permission is missing, ask for it with the number of the trip that took it."""
