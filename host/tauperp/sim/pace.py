@@ -16,7 +16,7 @@ import numpy as np
 
 from tauperp.sim.node import Answer
 
-START_CYCLE_S = 0.4  # for one cycle before the first answer; a guard in lockstep looks at a silent bus after 0.25 s
+START_CYCLES = 4  # are tried before there is no guard; one in lockstep looks at a silent bus after 0.25 s
 SPIN_S = 0.0005  # of the wait for a cycle is not slept, as a sleep ends late
 
 
@@ -71,7 +71,7 @@ class Patient(Pace):
 
     @property
     def answer_timeout_s(self) -> float:
-        return self._patience.answer_s if self.answered else min(START_CYCLE_S, self._patience.start_s)
+        return self._patience.answer_s if self.answered else self._patience.start_s / START_CYCLES
 
     def note(self, answer: Answer) -> bool:
         if answer is Answer.GOOD:
