@@ -5,6 +5,7 @@ Both hear the same frames, and only the target's answers move the robot. So when
 run that the library alone would have made, stop for stop and cycle for cycle.
 """
 
+import os
 import time
 
 import can
@@ -20,6 +21,10 @@ from tauperp.sim.lockstep import Lockstep
 CHANNEL = "vcan0"
 FROM_GUARD = (0x010, 0x200, 0x201)
 ANSWER_TIMEOUT_S = 60.0
+# Where CI=true, all but one of these runs end after so many cycles: all four complete take the better part of half an
+# hour. The one that stays complete has both collisions of the contact experiment in it.
+COMPLETE_IN_CI = ("contact", "float32")
+SLICE_CYCLES = 2000
 
 Answer = tuple[int, bytes, bool, bool]
 
@@ -28,14 +33,22 @@ def answer_of(frame: can.Message) -> Answer:
     return frame.arbitration_id, bytes(frame.data), frame.is_fd, frame.bitrate_switch
 
 
+class Enough(Exception):
+    """The slice has run."""
+
+
 class ComparedGuard:
-    """The guard behind a SocketCAN interface beside the library's: each must give the other's answers."""
+    """The guard behind a SocketCAN interface beside the library's: each must give the other's answers.
+
+    Raises Enough after `cycles` of them.
+    """
 
     remote = True
     verdict: Verdict | None = None
 
-    def __init__(self, ear: can.BusABC, library: Guard) -> None:
+    def __init__(self, ear: can.BusABC, library: Guard, cycles: int | None) -> None:
         self.cycles = 0
+        self._limit = cycles
         self._ear = ear
         self._library = library
 
@@ -52,6 +65,8 @@ class ComparedGuard:
         expected = [answer_of(frame) for frame in self._library.tick(now_us).frames]
         assert heard == expected, f"at {now_us} us"
         self.cycles += 1
+        if self.cycles == self._limit:
+            raise Enough
 
 
 @pytest.mark.parametrize(("numeric", "build"), [("float32", "float"), ("q9.22", "fixed")])
@@ -63,11 +78,16 @@ def test_an_experiment_has_the_same_stops_and_the_same_bytes_as_with_the_library
     block = scenario.configuration.block(numeric)
     fd = scenario.configuration.settings.wire.format == "fd"
     bus = {"interface": "socketcan", "channel": CHANNEL, "fd": fd}
+    cut = os.environ.get("CI") == "true" and (name, numeric) != COMPLETE_IN_CI
     image = versal_image(f"{name}-{build}", block, numeric=build)
     with Emulator(image, CHANNEL) as emulator, open_bus(**bus) as robot, open_bus(**bus) as ear:
         emulator.wait_for("on the bus")
-        guard = ComparedGuard(ear, Guard(block))
-        trace = Lockstep(scenario, robot, guard).run()
+        guard = ComparedGuard(ear, Guard(block), SLICE_CYCLES if cut else None)
+        try:
+            trace = Lockstep(scenario, robot, guard).run()
+        except Enough:
+            assert list(emulator.lines).count("permission") == 1
+            return
         lines = list(emulator.lines)
 
     strikes = len(trace.contacts)

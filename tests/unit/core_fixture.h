@@ -28,6 +28,13 @@ static inline double value_of(num_t x) {
 }
 #endif
 
+/* How many random numbers a test draws. An emulated processor in software floating point takes a thousand times as long
+ * as the host: its images are built with SPARSER, and what they add is the processor, not the density. */
+#ifndef SPARSER
+#define SPARSER 1
+#endif
+#define DRAWS(n) ((n) / SPARSER)
+
 #define ASSERT_CLOSE(expected, actual, tolerance) assert_close((expected), (actual), (tolerance), __LINE__)
 
 /* False for NaN on either side. */

@@ -196,7 +196,7 @@ static void test_any_bits_are_walked_to_the_end(void) {
     robot.joint[2].zero_rad = NUM(1.5);
     robot.joint[4].zero_rad = NUM(-1.5);
     random_start(18);
-    for (int round = 0; round < 20000; ++round) {
+    for (int round = 0; round < DRAWS(20000); ++round) {
         for (uint32_t i = 0; i < 8u; ++i) {
             uint32_t bits = (uint32_t)((random_one() + 1.0) * 2147483647.0);
             memcpy(&q[i], &bits, sizeof(bits));

@@ -38,7 +38,7 @@ static void assert_near(double expected, num_t actual, double steps) {
 
 static void test_products_and_quotients_are_rounded_once(void) {
     random_start(51);
-    for (int i = 0; i < 300000; ++i) {
+    for (int i = 0; i < DRAWS(300000); ++i) {
         const num_t a = num_of(22.0 * random_one()), b = num_of(22.0 * random_one());
         assert_near(value_of(a) * value_of(b), num_mul(a, b, &saturations), 0.5001);
         assert_near(value_of(a) * value_of(b), num_narrow(num_wide(a, b), &saturations), 0.5001);
@@ -54,7 +54,7 @@ static void test_products_and_quotients_are_rounded_once(void) {
 
 static void test_a_sum_of_products_is_rounded_once_in_fixed_point(void) {
     random_start(52);
-    for (int i = 0; i < 100000; ++i) {
+    for (int i = 0; i < DRAWS(100000); ++i) {
         num_wide_t sum = num_widen(NUM(0));
         double exact = 0.0;
         for (int t = 0; t < 8; ++t) {
@@ -84,10 +84,10 @@ static void test_a_root_is_the_nearest_over_the_whole_range(void) {
 #ifdef TAUPERP_FIXED
     TEST_ASSERT_EQUAL(0, num_root(-5));
     TEST_ASSERT_EQUAL(INT32_MAX, num_root(INT64_MAX));
-    for (int64_t square = 0; square < 200000; ++square) {
+    for (int64_t square = 0; square < DRAWS(200000); ++square) {
         TEST_ASSERT_EQUAL((num_t)lrint(sqrt((double)square)), num_root(square));
     }
-    for (int i = 0; i < 2000000; ++i) {
+    for (int i = 0; i < DRAWS(2000000); ++i) {
         const int64_t square = (int64_t)exp2(random_in(0.0, 61.99));
         const uint64_t root = (uint64_t)num_root(square);
         const uint64_t x = (uint64_t)square;
@@ -101,7 +101,7 @@ static void test_a_root_is_the_nearest_over_the_whole_range(void) {
         }
     }
 #else
-    for (int i = 0; i < 1000000; ++i) {
+    for (int i = 0; i < DRAWS(1000000); ++i) {
         const float square = (float)exp2(random_in(-126.0, 126.0));
         TEST_ASSERT_TRUE(num_root(square) == (float)sqrt((double)square));
     }
@@ -110,7 +110,7 @@ static void test_a_root_is_the_nearest_over_the_whole_range(void) {
 
 static void test_a_number_over_a_root_keeps_its_bound(void) {
     random_start(54);
-    for (int i = 0; i < 1000000; ++i) {
+    for (int i = 0; i < DRAWS(1000000); ++i) {
         const double length = exp2(random_in(-4.0, 8.9));
         const num_t a = num_of(length * random_one());
         const num_wide_t square = num_wide(num_of(length), num_of(length));
@@ -126,7 +126,7 @@ static void test_sine_and_cosine_keep_their_bound_for_every_angle(void) {
     double worst = 0.0;
     random_start(55);
     const double range = IF_FIXED(511.9, 32.0);
-    for (int i = 0; i < 4000000; ++i) {
+    for (int i = 0; i < DRAWS(4000000); ++i) {
         const num_t angle = num_of((i % 2 == 0) ? range * random_one() : 8.0 * random_one());
         const num_sincos_t result = num_sincos(angle);
         worst = fmax(worst, fabs(value_of(result.sin) - sin(value_of(angle))));
@@ -146,7 +146,7 @@ static void test_sine_and_cosine_keep_their_bound_for_every_angle(void) {
 
 static void test_sine_and_cosine_stay_in_range_for_any_bits(void) {
     random_start(56);
-    for (int i = 0; i < 1000000; ++i) {
+    for (int i = 0; i < DRAWS(1000000); ++i) {
         const uint32_t bits = (uint32_t)((random_one() + 1.0) * 2147483647.5);
         num_t angle;
         memcpy(&angle, &bits, sizeof(angle));
@@ -174,7 +174,7 @@ static void test_only_numbers_are_finite(void) {
 /* Two columns of random length and angle: what the rotation leaves between them, and their lengths. */
 static void test_a_rotation_makes_two_columns_orthogonal(void) {
     random_start(57);
-    for (int i = 0; i < 200000; ++i) {
+    for (int i = 0; i < DRAWS(200000); ++i) {
         const double far = 31.0, near = far * exp2(random_in(-14.0, 0.0)), angle = 3.14159 * random_one();
         double a[2] = {far, 0.0}, b[2] = {near * cos(angle), near * sin(angle)};
         if (i % 2 == 0) {
@@ -223,7 +223,7 @@ static void test_orthogonal_columns_need_no_rotation(void) {
 static void test_headroom_and_back(void) {
     random_start(58);
     TEST_ASSERT_EQUAL(0, num_headroom(NUM(0)));
-    for (int i = 0; i < 100000; ++i) {
+    for (int i = 0; i < DRAWS(100000); ++i) {
         const num_t a = num_of(exp2(random_in(-21.0, 8.99)));
         const int32_t shift = num_headroom(a);
         const num_t scaled = num_shift(a, shift, &saturations);

@@ -421,7 +421,7 @@ static void test_the_torque_may_be_rejected_in_place(void) {
 static void test_the_sweeps_are_bounded_and_nearly_always_enough(void) {
     uint32_t unconverged = 0, total = 0;
     random_start(45);
-    for (int round = 0; round < 20000; ++round) {
+    for (int round = 0; round < DRAWS(20000); ++round) {
         const uint32_t n = 5u + (uint32_t)round % 4u;
         const uint32_t k = 1u + (uint32_t)round % K;
         memset(column, 0, sizeof(column));
