@@ -22,7 +22,7 @@ from tauperp.config import Configuration
 from tauperp.files import write_atomically
 from tauperp.wire import Wire
 
-WARM_UP = 130  # cycles: permission comes after 100 good ones
+WARM_UP = 110  # cycles: permission comes after 100 good ones
 LONG, LONGER = 7, 12  # cycles: beyond the deadline of a reading, and beyond every deadline
 AFTER = 8
 PATIENCE_S = 0.6  # for an answer while a fault lasts
