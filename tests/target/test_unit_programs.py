@@ -8,9 +8,11 @@ import pytest
 from emulator import ROOT, make, run_to_end
 
 VERDICT = re.compile(r"^[^\n:]*:\d+:(test_\w+):(PASS|FAIL|IGNORE)", re.MULTILINE)
-# Models of a controller's registers: they run where the model runs.
-HOST_ONLY = ("test_fdcan",)
-PROGRAMS = sorted(path.stem for path in (ROOT / "tests" / "unit").glob("test_*.c") if path.stem not in HOST_ONLY)
+# Models of a controller's registers, and the Linux process: they run where these run.
+HOST_ONLY = ("test_fdcan", "test_linux_")
+PROGRAMS = sorted(
+    path.stem for path in (ROOT / "tests" / "unit").glob("test_*.c") if not path.stem.startswith(HOST_ONLY)
+)
 SLOWEST_S = 1500  # whole ranges of sine and square root, in software floating point on the M3
 NUMERICS = ("float", "fixed") if (ROOT / "firmware" / "core" / "num_fixed.h").exists() else ("float",)
 
