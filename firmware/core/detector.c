@@ -14,14 +14,15 @@ void detector_step(detector_t *self, const task_config_t *task, uint32_t joints,
         const num_t size = num_abs(value[i]);
         const num_t threshold = task->threshold_nm[i];
         uint32_t above = 0;
-        if (!(size <= threshold)) { /* so that NaN is above */
+        bool worse = num_wide(size, worst_threshold) > num_wide(worst_size, threshold); /* as ratios, no division */
+        if (!(size <= threshold)) {                                                     /* so that NaN is above */
             above = self->above[i] + ((self->above[i] < UINT32_MAX) ? 1u : 0u);
             tripped = tripped || (above >= task->debounce_ticks);
             any_above = true;
+            worse = worse || !num_finite(size);
         }
         self->above[i] = above;
-        /* Ratios compared without a division: size / threshold > worst_size / worst_threshold. */
-        if ((num_wide(size, worst_threshold) > num_wide(worst_size, threshold)) || !num_finite(size)) {
+        if (worse) {
             worst = i;
             worst_size = size;
             worst_threshold = threshold;

@@ -28,72 +28,78 @@ static vec3_t across(vec3_t v, vec3_t direction, uint32_t *saturations) {
                     .z = num_subtract(v.z, num_mul(along, direction.z, saturations), saturations)};
 }
 
-static void force_column(const motion_t *motion, vec3_t direction, num_t column[], uint32_t *saturations) {
-    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) { /* zero behind the last joint, as the Jacobian is */
-        column[i] = num_narrow(num_wide(motion->jacobian[LINEAR][i], direction.x) +
-                                   num_wide(motion->jacobian[LINEAR + 1][i], direction.y) +
-                                   num_wide(motion->jacobian[LINEAR + 2][i], direction.z),
+/* How much of a column's last value stays, and how much of the new one comes in. */
+typedef struct {
+    num_t keep, gain;
+} blend_t;
+
+/* column <- keep column + Jv^T force, zero behind the last joint as the Jacobian is. */
+static void force_column(const motion_t *motion, vec3_t force, num_t keep, num_t column[], uint32_t *saturations) {
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+        column[i] = num_narrow(num_wide(keep, column[i]) + num_wide(motion->jacobian[LINEAR][i], force.x) +
+                                   num_wide(motion->jacobian[LINEAR + 1][i], force.y) +
+                                   num_wide(motion->jacobian[LINEAR + 2][i], force.z),
                                saturations);
     }
 }
 
-static void scaled_column(const num_t row[], num_t scale, num_t column[], uint32_t *saturations) {
-    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
-        column[i] = num_mul(scale, row[i], saturations);
+/* column <- keep column + scale row. */
+static void row_column(const num_t row[], num_t scale, num_t keep, num_t column[], uint32_t *saturations) {
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+        column[i] = num_narrow(num_wide(keep, column[i]) + num_wide(scale, row[i]), saturations);
     }
 }
 
-/* The columns that the task explains at this instant; their number is returned. */
-static uint32_t instantaneous_basis(index_t *self, const subspace_config_t *config, index_kind_t kind,
-                                    const robot_t *robot, const motion_t *motion, vec3_t acceleration,
-                                    num_t column[][ROBOT_MAX_JOINTS]) {
+static vec3_t scaled(vec3_t v, num_t scale, uint32_t *saturations) {
+    return (vec3_t){.x = num_mul(scale, v.x, saturations),
+                    .y = num_mul(scale, v.y, saturations),
+                    .z = num_mul(scale, v.z, saturations)};
+}
+
+/* The columns that the task explains; their number is returned. The acceleration's, which is often zero, is the last
+ * one: so the projection finds out at no cost. */
+NUM_STEP uint32_t update_basis(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
+                               const motion_t *motion, vec3_t acceleration, blend_t blend) {
     uint32_t *const sat = &self->saturations;
-    uint32_t count = 0;
+    const num_t lever = num_mul(blend.gain, config->lever_m, sat);
+    num_t(*column)[ROBOT_MAX_JOINTS] = self->column;
     if (kind == INDEX_PAYLOAD) {
         const vec3_t down = unit(robot->gravity, sat);
-        force_column(motion, down, column[0], sat);
-        force_column(motion, across(acceleration, down, sat), column[1], sat);
-        count = 2;
-    } else if (kind == INDEX_CONTACT) {
-        for (count = 0; count < 3u; ++count) {
-            scaled_column(motion->jacobian[LINEAR + count], NUM(1), column[count], sat);
+        const vec3_t sideways = across(acceleration, down, sat);
+        for (uint32_t axis = 0; axis < 3u; ++axis) {
+            row_column(motion->jacobian[ANGULAR + axis], lever, blend.keep, column[axis], sat);
         }
-    } else {
-        return 0;
+        force_column(motion, scaled(down, blend.gain, sat), blend.keep, column[3], sat);
+        force_column(motion, scaled(sideways, blend.gain, sat), blend.keep, column[4], sat);
+        return 5;
     }
-    for (uint32_t axis = 0; axis < 3u; ++axis) {
-        scaled_column(motion->jacobian[ANGULAR + axis], config->lever_m, column[count], sat);
-        ++count;
+    if (kind == INDEX_CONTACT) {
+        for (uint32_t axis = 0; axis < 3u; ++axis) {
+            row_column(motion->jacobian[LINEAR + axis], blend.gain, blend.keep, column[axis], sat);
+            row_column(motion->jacobian[ANGULAR + axis], lever, blend.keep, column[3u + axis], sat);
+        }
+        return 6;
     }
-    return count;
+    return 0;
 }
 
 /* The observer's low-pass on the columns, as an average over the time that this basis has been in force. The sample at
  * which the observer starts (decay 0) has no part in r, and so none in the average. */
-static uint32_t filtered_basis(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
-                               const motion_t *motion, vec3_t acceleration, num_t decay) {
-    num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];
-    const uint32_t count = instantaneous_basis(self, config, kind, robot, motion, acceleration, column);
+static blend_t filtered(index_t *self, num_t decay) {
     const num_t share = NUM(1) - decay;
     self->weight = (decay > NUM(0)) ? (num_mul(decay, self->weight, &self->saturations) + share) : NUM(0);
     const num_t gain = (self->weight > share) ? num_div(share, self->weight, &self->saturations) : NUM(1);
-    for (uint32_t c = 0; c < count; ++c) {
-        for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
-            const num_wide_t before = num_wide(NUM(1) - gain, self->column[c][i]);
-            self->column[c][i] = num_narrow(before + num_wide(gain, column[c][i]), &self->saturations);
-        }
-    }
-    return count;
+    return (blend_t){.keep = NUM(1) - gain, .gain = gain};
 }
 
 /* What the old task explains of r starts to fade, by its basis of the last tick; the rest of r is the new task's. */
-static void hand_over(index_t *self, uint32_t joints, const num_t residual[]) {
-    num_t unexplained[ROBOT_MAX_JOINTS] = {NUM(0)};
-    for (uint32_t i = 0; i < joints; ++i) {
+NUM_STEP void hand_over(index_t *self, const num_t residual[]) {
+    num_t unexplained[ROBOT_JOINTS];
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         unexplained[i] = num_subtract(residual[i], self->fading[i], &self->saturations);
     }
     subspace_reject(&self->subspace, unexplained, unexplained);
-    for (uint32_t i = 0; i < joints; ++i) {
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         self->fading[i] = num_subtract(residual[i], unexplained[i], &self->saturations);
     }
     self->weight = NUM(0);
@@ -101,23 +107,20 @@ static void hand_over(index_t *self, uint32_t joints, const num_t residual[]) {
 
 void index_step(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
                 const motion_t *motion, const observer_t *observer, vec3_t acceleration) {
-    const uint32_t joints = robot->joint_count;
-    for (uint32_t i = 0; i < joints; ++i) {
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         self->fading[i] = num_mul(observer->decay, self->fading[i], &self->saturations);
     }
     if ((self->kind != (uint32_t)kind) && (self->kind != (uint32_t)INDEX_OFF)) {
-        hand_over(self, joints, observer->residual);
+        hand_over(self, observer->residual);
     }
     self->kind = (uint32_t)kind;
 
-    uint32_t count;
-    if (config->basis == (uint32_t)BASIS_FILTERED) {
-        count = filtered_basis(self, config, kind, robot, motion, acceleration, observer->decay);
-    } else {
-        count = instantaneous_basis(self, config, kind, robot, motion, acceleration, self->column);
-    }
-    subspace_step(&self->subspace, joints, count, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, config->tolerance);
-    for (uint32_t i = 0; i < joints; ++i) {
+    const blend_t instantaneous = {.keep = NUM(0), .gain = NUM(1)};
+    const blend_t blend = (config->basis == (uint32_t)BASIS_FILTERED) ? filtered(self, observer->decay) : instantaneous;
+    const uint32_t count = update_basis(self, config, kind, robot, motion, acceleration, blend);
+    subspace_step(&self->subspace, robot->joint_count, count, (const num_t(*)[ROBOT_MAX_JOINTS])self->column,
+                  config->tolerance);
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         self->value[i] = num_subtract(observer->residual[i], self->fading[i], &self->saturations);
     }
     subspace_reject(&self->subspace, self->value, self->value);

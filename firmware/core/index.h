@@ -1,7 +1,7 @@
 /* index: the collision index in force, chosen by the task (the paper's flowchart, Fig. 4).
  *
  *     none     r                                    the residual itself
- *     payload  d_p   A = [Jv^T u_g, Jv^T a, Jw^T]     what no payload at the end-effector explains (eqs. 7, 14)
+ *     payload  d_p   A = [Jw^T, Jv^T u_g, Jv^T a]     what no payload at the end-effector explains (eqs. 7, 14)
  *     contact  d_e   A = J^T                          what no wrench at the end-effector explains (eq. 20)
  *
  * a is the part of the end-effector's desired acceleration across gravity, in m/s^2: a column that is as long as it

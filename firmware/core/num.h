@@ -25,17 +25,23 @@
 #ifdef TAUPERP_FIXED
 typedef int32_t num_t;
 typedef int64_t num_wide_t;
+typedef int32_t num_unit_t;
 #else
 typedef float num_t;
 typedef float num_wide_t;
+typedef float num_unit_t;
 #endif
 
 typedef struct {
     num_t sin, cos;
 } num_sincos_t;
 
-/* A plane rotation of two columns: first' = cos first - sin second, second' = sin first + cos second. */
-typedef num_sincos_t num_rotation_t;
+/* A plane rotation, first' = cos first + sin second, second' = cos second - sin first, its cosine and sine as
+ * num_unit_t: the same float, or Q2.30. */
+typedef struct {
+    num_unit_t cos, sin;
+    num_t length; /* of the pair that it was made to turn onto the first axis */
+} num_rotation_t;
 
 #ifndef TAUPERP_CDEF
 

@@ -18,8 +18,10 @@ typedef struct {
     uint32_t shift;
 } num_inverse_t;
 
-typedef uint32_t num_angle_t; /* a small one: 2^-bits */
-#define NUM_ANGLE(bits) (bits)
+#define NUM_INVERSE_NONE ((num_inverse_t){.mantissa = 0u, .shift = 1u}) /* times it, anything is zero */
+
+/* One function for whatever it is called with: here calls are cheap beside what they do, and flash is not. */
+#define NUM_STEP static __attribute__((noinline))
 
 static inline num_t num_abs(num_t a) {
     return (a >= 0) ? a : ((a < -INT32_MAX) ? INT32_MAX : -a);
@@ -157,23 +159,66 @@ static inline num_t num_shift(num_t a, int32_t shift, uint32_t *saturations) {
     return (num_t)num_rounded(a, (uint32_t)-shift);
 }
 
-/* Whether two columns are orthogonal but for such an angle: what it takes to make them so turns them by no more, or
- * their inner product is within four steps of the longer one's length, which is what rounding leaves of it.
- * Precondition: the block is scaled by its headroom. */
-static inline bool num_orthogonal(num_wide_t first, num_wide_t second, num_wide_t inner, num_angle_t angle) {
-    const uint64_t longer = (uint64_t)((second < first) ? first : second);
-    const uint64_t size = (uint64_t)((inner < 0) ? -inner : inner);
-    return (size <= (longer >> angle)) || ((size < ((uint64_t)1 << 32)) && ((size * size) <= (16u * longer)));
+/* A number times one within +-1. */
+static inline num_t num_unit_times(num_unit_t unit, num_t a) {
+    return (num_t)num_rounded((int64_t)unit * a, 30u);
 }
 
-/* The rotation that makes two columns orthogonal, from their squared lengths, which it updates, and their inner
- * product: the smaller of the two angles. With the double angle's cosine and sine from one inverse root,
- * cos^2 = (1 + cos 2t) / 2 and 1 / cos from another. Preconditions: as of num_orthogonal, which is false; squares
- * below 2^16. */
-static inline num_rotation_t num_orthogonalise(num_wide_t *first, num_wide_t *second, num_wide_t inner) {
-    const bool shrinks = *second < *first; /* the second is the shorter one and gets shorter still */
-    const uint64_t difference = (uint64_t)(shrinks ? (*first - *second) : (*second - *first));
-    const uint64_t twice = 2u * (uint64_t)((inner < 0) ? -inner : inner);
+/* cosine first + sine second, which a rotation keeps within the range of numbers that are not at its end. */
+static inline num_t num_unit_turned(num_unit_t cosine, num_unit_t sine, num_t first, num_t second) {
+    return (num_t)num_rounded(((int64_t)cosine * first) + ((int64_t)sine * second), 30u);
+}
+
+static inline num_t num_turned_first(num_unit_t cosine, num_unit_t sine, num_t first, num_t second,
+                                     uint32_t *saturations) {
+    return num_saturated(num_rounded(((int64_t)cosine * first) + ((int64_t)sine * second), 30u), saturations);
+}
+
+static inline num_t num_turned_second(num_unit_t cosine, num_unit_t sine, num_t first, num_t second,
+                                      uint32_t *saturations) {
+    return num_saturated(num_rounded(((int64_t)cosine * second) - ((int64_t)sine * first), 30u), saturations);
+}
+
+/* The rotation that turns the pair (first, second) onto the first axis, to 6e-9; none of (0, 0). */
+static inline num_rotation_t num_rotation(num_t first, num_t second, uint32_t *saturations) {
+    const num_wide_t square = num_wide(first, first) + num_wide(second, second);
+    if (square == 0) {
+        return (num_rotation_t){.cos = 1073741824, .sin = 0, .length = 0};
+    }
+    const num_inverse_t inverse = num_inverse_root(square);
+    const num_unit_t cosine = (num_unit_t)num_rounded((int64_t)first * inverse.mantissa, inverse.shift - 8u);
+    const num_unit_t sine = (num_unit_t)num_rounded((int64_t)second * inverse.mantissa, inverse.shift - 8u);
+    return (num_rotation_t){
+        .cos = cosine, .sin = sine, .length = num_turned_first(cosine, sine, first, second, saturations)};
+}
+
+/* a / 2^right * 2^left of a size. */
+static inline num_t num_rescaled(int64_t a, uint32_t right, uint32_t left) {
+    const uint64_t size = (((uint64_t)((a < 0) ? -a : a)) >> right) << left;
+    return (a < 0) ? -(num_t)size : (num_t)size;
+}
+
+/* The same of (first^2 - shift, first second), up to its length. Sizes below 2^16. */
+static inline num_rotation_t num_shifted_rotation(num_t first, num_t second, num_wide_t shift, uint32_t *saturations) {
+    const int64_t along = num_wide(first, first) - shift;
+    const int64_t across = num_wide(first, second);
+    const int32_t excess = 36 - __builtin_clzll((uint64_t)((along < 0) ? -along : along) |
+                                                (uint64_t)((across < 0) ? -across : across) | 1u); /* over 28 bits */
+    const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
+    const uint32_t left = (excess < 0) ? (uint32_t)-excess : 0u;
+    return num_rotation(num_rescaled(along, right, left), num_rescaled(across, right, left), saturations);
+}
+
+/* The smaller eigenvalue of the symmetric matrix [a, b; b, c], to about 30 bits of the largest entry. By the tangent of
+ * the angle that makes the matrix diagonal, from the double angle's cosine and sine. Entries below 2^16 in size; a and
+ * c, squares, are never negative, nor is what is returned. */
+static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_wide_t b) {
+    const int64_t smaller = (a < c) ? a : c;
+    const uint64_t difference = (uint64_t)((a < c) ? (c - a) : (a - c));
+    const uint64_t twice = 2u * (uint64_t)((b < 0) ? -b : b);
+    if (twice == 0u) {
+        return smaller;
+    }
     const int32_t excess = 34 - __builtin_clzll(difference | twice); /* over 30 bits */
     const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
     const uint32_t left = (excess < 0) ? (uint32_t)-excess : 0u;
@@ -186,20 +231,10 @@ static inline num_rotation_t num_orthogonalise(num_wide_t *first, num_wide_t *se
     const uint32_t down = 32u - (leading / 2u);
     const uint32_t cosine_double = (uint32_t)((along * inverse) >> down); /* Q30 */
     const uint32_t sine_double = (uint32_t)((across * inverse) >> down);
-    const uint64_t cosine_square = (uint64_t)(1073741824u + cosine_double) * 2u; /* Q32, from 0.5 to 1 */
-    const uint32_t held = (cosine_square > UINT32_MAX) ? UINT32_MAX : (uint32_t)cosine_square;
-    const uint32_t secant = num_newton(held);                                 /* Q30 */
-    const uint32_t cosine = (uint32_t)(((uint64_t)held * secant) >> 32);      /* Q30 */
-    const uint32_t sine = (uint32_t)(((uint64_t)sine_double * secant) >> 31); /* Q30 */
-    const uint32_t tangent = (uint32_t)(((uint64_t)sine * secant) >> 30);     /* Q30, at most 1 */
-
+    /* tan t = sin 2t / (1 + cos 2t), in Q30 */
+    const uint32_t tangent = (uint32_t)(((uint64_t)sine_double << 30) / (1073741824u + (uint64_t)cosine_double));
     const int64_t exchange = (int64_t)((((across * tangent) >> 31) >> left) << right);
-    *first += shrinks ? exchange : -exchange;
-    *second += shrinks ? -exchange : exchange;
-    *first = (*first < 0) ? 0 : *first;
-    *second = (*second < 0) ? 0 : *second;
-    const num_t size = (num_t)((sine + 128u) >> 8);
-    return (num_rotation_t){.sin = (shrinks != (inner < 0)) ? -size : size, .cos = (num_t)((cosine + 128u) >> 8)};
+    return (exchange > smaller) ? 0 : (smaller - exchange);
 }
 
 /* a * b of Q30, both within +-2. */

@@ -3,15 +3,17 @@
  * sqrt comes from the compiler's builtin, which is one instruction on every target that has a float unit (and IEEE
  * exact on all): with -fno-math-errno no library is called. Angles: error of sine and cosine at most 1.2e-7 for
  * |angle| <= 32 rad (measured over the whole range by tests/unit/test_num.c); larger angles lose accuracy in
- * proportion and never more than the value range of -1.0001 to 1.0001 while the argument is finite.
+ * proportion, and up to 1e5 rad never the value range of -1.0001 to 1.0001.
  */
 #define NUM(x)      ((num_t)(x))
 #define NUM_NUMERIC 1u
 
 typedef float num_inverse_t; /* 1 / sqrt(.) */
-typedef float num_angle_t;   /* a small one */
 
-#define NUM_ANGLE(bits) (1.0f / (float)(1ul << (bits))) /* 2^-bits */
+#define NUM_INVERSE_NONE 0.0f /* times it, anything is zero */
+
+/* A function that is worth a copy for each constant that it is called with. */
+#define NUM_STEP static inline __attribute__((always_inline))
 
 static inline num_t num_abs(num_t a) {
     return __builtin_fabsf(a);
@@ -81,39 +83,68 @@ static inline bool num_finite(num_t a) {
     return (a - a) == 0.0f;
 }
 
-/* Whether two columns are orthogonal but for such an angle: what it takes to make them so turns them by no more, or
- * their inner product is so small that its square has no exact float. */
-static inline bool num_orthogonal(num_wide_t first, num_wide_t second, num_wide_t inner, num_angle_t angle) {
-    const float limit = angle * (first + second);
-    return inner * inner <= limit * limit;
+static inline num_t num_unit_times(num_unit_t unit, num_t a) {
+    return unit * a;
 }
 
-/* The rotation that makes two columns orthogonal, from their squared lengths, which it updates, and their inner
- * product: the smaller of the two angles (Rutishauser 1966). Precondition: not num_orthogonal. */
-static inline num_rotation_t num_orthogonalise(num_wide_t *first, num_wide_t *second, num_wide_t inner) {
-    const float difference = *second - *first;
-    const float twice = inner + inner;
-    const float length = __builtin_sqrtf(difference * difference + twice * twice);
-    const float tangent = twice / (difference + ((difference < 0.0f) ? -length : length));
-    const float cosine = 1.0f / __builtin_sqrtf(1.0f + tangent * tangent);
-    *first -= tangent * inner;
-    *second += tangent * inner;
-    return (num_rotation_t){.sin = cosine * tangent, .cos = cosine};
+/* cosine first + sine second. */
+static inline num_t num_unit_turned(num_unit_t cosine, num_unit_t sine, num_t first, num_t second) {
+    return cosine * first + sine * second;
+}
+
+static inline num_t num_turned_first(num_unit_t cosine, num_unit_t sine, num_t first, num_t second,
+                                     uint32_t *saturations) {
+    (void)saturations;
+    return cosine * first + sine * second;
+}
+
+static inline num_t num_turned_second(num_unit_t cosine, num_unit_t sine, num_t first, num_t second,
+                                      uint32_t *saturations) {
+    (void)saturations;
+    return cosine * second - sine * first;
+}
+
+/* The rotation that turns the pair (first, second) onto the first axis. A pair shorter than 1e-15, whose square may
+ * have no exact float, stays where it is. */
+static inline num_rotation_t num_rotation(num_t first, num_t second, uint32_t *saturations) {
+    (void)saturations;
+    const float length = __builtin_sqrtf(first * first + second * second);
+    if (length <= 1e-15f) {
+        return (num_rotation_t){.cos = 1.0f, .sin = 0.0f, .length = first};
+    }
+    const float inverse = 1.0f / length;
+    return (num_rotation_t){.cos = first * inverse, .sin = second * inverse, .length = length};
+}
+
+/* The same of (first^2 - shift, first second), up to its length. */
+static inline num_rotation_t num_shifted_rotation(num_t first, num_t second, num_wide_t shift, uint32_t *saturations) {
+    return (first == 0.0f) ? num_rotation(1.0f, 0.0f, saturations)
+                           : num_rotation(first - shift / first, second, saturations);
+}
+
+/* The smaller eigenvalue of the symmetric matrix [a, b; b, c]. */
+static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_wide_t b) {
+    const float difference = a - c;
+    const float twice = b + b;
+    const float sum = __builtin_fabsf(difference) + __builtin_sqrtf(difference * difference + twice * twice);
+    const float smaller = (difference < 0.0f) ? a : c;
+    return (sum > 0.0f) ? (smaller - b * (twice / sum)) : smaller;
 }
 
 /* Cody and Waite's reduction to a quarter turn in three parts, then minimax polynomials on +-pi/4. */
 static inline num_sincos_t num_sincos(num_t angle) {
-    const float turns = angle * 0.636619772f;
-    const float bounded = (turns > 1.0e6f) ? 1.0e6f : ((turns > -1.0e6f) ? turns : -1.0e6f); /* NaN becomes -1e6 */
-    const int32_t quarter = (int32_t)(bounded + ((bounded < 0.0f) ? -0.5f : 0.5f));
-    const float k = (float)quarter;
+    const float magic = 12582912.0f; /* 1.5 * 2^23: a sum with it is rounded to an integer, which is its lowest bits */
+    const float shifted = angle * 0.636619772f + magic;
+    const float k = shifted - magic;
+    uint32_t quarter;
+    __builtin_memcpy(&quarter, &shifted, sizeof(quarter));
     const float x = ((angle - k * 1.5703125f) - k * 4.83751297e-4f) - k * 7.54978995e-8f;
     const float xx = x * x;
     const float s = x + x * xx * (-1.66666547e-1f + xx * (8.33216087e-3f + xx * -1.95152959e-4f));
     const float c = 1.0f + xx * (-0.5f + xx * (4.16666456e-2f + xx * (-1.38873163e-3f + xx * 2.44331571e-5f)));
-    const bool swap = ((uint32_t)quarter & 1u) != 0u;
+    const bool swap = (quarter & 1u) != 0u;
     const float sine = swap ? c : s;
     const float cosine = swap ? s : c;
-    return (num_sincos_t){.sin = (((uint32_t)quarter & 2u) != 0u) ? -sine : sine,
-                          .cos = ((((uint32_t)quarter + 1u) & 2u) != 0u) ? -cosine : cosine};
+    return (num_sincos_t){.sin = ((quarter & 2u) != 0u) ? -sine : sine,
+                          .cos = (((quarter + 1u) & 2u) != 0u) ? -cosine : cosine};
 }

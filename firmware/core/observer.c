@@ -43,9 +43,10 @@ void observer_step(observer_t *self, const observer_config_t *config, uint32_t j
     for (uint32_t i = 0; i < joints; ++i) {
         const num_t change = num_subtract(motion->momentum[i], self->momentum[i], sat);
         const num_t drift = drift_of(self, motion, i);
-        const num_t mean = num_narrow(num_wide(share, self->torque[i]) + num_wide(NUM(1) - share, torque[i]) +
-                                          num_wide(NUM(0.5), self->drift[i]) + num_wide(NUM(0.5), drift),
-                                      sat);
+        const num_t mean =
+            num_narrow(num_widen(torque[i]) + num_wide(share, num_subtract(self->torque[i], torque[i], sat)) +
+                           num_wide(NUM(0.5), num_add(self->drift[i], drift, sat)),
+                       sat);
         self->residual[i] = num_narrow(
             num_wide(decay, self->residual[i]) + num_wide(gain, mean) - num_wide(momentum_gain, change), sat);
         remember(self, i, motion, drift, torque[i]);

@@ -16,7 +16,7 @@
 #include "motion.h"
 
 typedef struct {
-    num_t residual[ROBOT_MAX_JOINTS];
+    num_t residual[ROBOT_MAX_JOINTS]; /* zero behind the last joint */
     num_t momentum[ROBOT_MAX_JOINTS]; /* of the last sample */
     num_t drift[ROBOT_MAX_JOINTS];    /* C^T qd - g of the last sample */
     num_t torque[ROBOT_MAX_JOINTS];

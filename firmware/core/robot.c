@@ -36,7 +36,7 @@ static bool joint_holds(const robot_joint_t *joint) {
 }
 
 bool robot_holds(const robot_t *robot) {
-    if ((robot->joint_count < 1u) || (robot->joint_count > ROBOT_MAX_JOINTS)) {
+    if ((robot->joint_count < 1u) || (robot->joint_count > ROBOT_JOINTS)) {
         return false;
     }
     bool holds = zero_behind(robot) && vec3_moderate(&robot->gravity) && vec3_moderate(&robot->tip);

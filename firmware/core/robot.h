@@ -2,8 +2,10 @@
  *
  * An arm is a serial chain of 1 to ROBOT_MAX_JOINTS revolute joints. Link frames are chosen so that the table holds
  * no number that the pass over it would multiply by a known zero or one:
- *   - the z axis of frame i is the axis of joint i, and its origin o_i lies on that axis;
+ *   - the z axis of frame i is the axis of joint i, and its origin o_i lies on that axis, if possible where that meets
+ *     the axis before it: then `offset` is zero, or along the axis before it;
  *   - frame i = frame i-1 moved by `offset`, turned about x by `twist`, then about z by q_i + `zero`;
+ *   - a right angle between two axes is a twist of +90 degrees, never -90;
  *   - frame 0's fixed part is `base` (offset and twist of joint 0 are zero), so base mounting costs nothing per tick.
  * A body that is symmetric about a joint's axis and has no inertia about it cannot tell whether it turns with that
  * joint. So every link hands its mass, its first moment along z and min. inertia about y to its parent (the minimal
@@ -19,6 +21,12 @@
 
 #define ROBOT_MAX_JOINTS  8u
 #define ROBOT_NAME_LENGTH 16u
+
+/* How many joints the code is for: an image for one robot is built for no more than that has, and its guard refuses a
+ * table with more. What is computed, and every layout, is the same; loops along the joints are as much shorter. */
+#ifndef ROBOT_JOINTS
+#define ROBOT_JOINTS ROBOT_MAX_JOINTS
+#endif
 
 typedef struct {
     num_t x, y, z;
@@ -51,9 +59,9 @@ typedef struct {
     robot_joint_t joint[ROBOT_MAX_JOINTS]; /* entries from joint_count on are zero */
 } robot_t;
 
-/* True if the table can be walked: 1 to 8 joints, twists and base of unit length, ranges ordered, lengths, moments
- * and inertias below 64, and zero behind the last joint. It does not repeat the generator's comparison with Pinocchio.
- * Cost: one pass over the table. */
+/* True if the table can be walked: 1 to ROBOT_JOINTS joints, twists and base of unit length, ranges ordered, lengths,
+ * moments and inertias below 64, and zero behind the last joint. It does not repeat the generator's comparison with
+ * Pinocchio. Cost: one pass over the table. */
 bool robot_holds(const robot_t *robot);
 
 #endif

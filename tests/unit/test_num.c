@@ -171,52 +171,68 @@ static void test_only_numbers_are_finite(void) {
 #endif
 }
 
-/* Two columns of random length and angle: what the rotation leaves between them, and their lengths. */
-static void test_a_rotation_makes_two_columns_orthogonal(void) {
-    random_start(57);
-    for (int i = 0; i < DRAWS(200000); ++i) {
-        const double far = 31.0, near = far * exp2(random_in(-14.0, 0.0)), angle = 3.14159 * random_one();
-        double a[2] = {far, 0.0}, b[2] = {near * cos(angle), near * sin(angle)};
-        if (i % 2 == 0) {
-            const double c[2] = {a[0], a[1]};
-            memcpy(a, b, sizeof(a));
-            memcpy(b, c, sizeof(b));
-        }
-        const num_t x[2] = {num_of(a[0]), num_of(a[1])}, y[2] = {num_of(b[0]), num_of(b[1])};
-        num_wide_t first = num_wide(x[0], x[0]) + num_wide(x[1], x[1]);
-        num_wide_t second = num_wide(y[0], y[0]) + num_wide(y[1], y[1]);
-        const num_wide_t inner = num_wide(x[0], y[0]) + num_wide(x[1], y[1]);
-        if (num_orthogonal(first, second, inner, NUM_ANGLE(20))) {
-            continue;
-        }
-        const num_rotation_t turn = num_orthogonalise(&first, &second, inner);
-        const double c = value_of(turn.cos), s = value_of(turn.sin);
-        ASSERT_CLOSE(1.0, c * c + s * s, IF_FIXED(3.5e-7, 3e-7));
-        TEST_ASSERT_TRUE(c > 0.7071); /* the smaller of the two angles */
-        double p[2], q[2], across = 0.0, square[2] = {0.0, 0.0};
-        for (int k = 0; k < 2; ++k) {
-            p[k] = c * value_of(x[k]) - s * value_of(y[k]);
-            q[k] = s * value_of(x[k]) + c * value_of(y[k]);
-            across += p[k] * q[k];
-            square[0] += p[k] * p[k];
-            square[1] += q[k] * q[k];
-        }
-        const double scale = far * far;
-        ASSERT_CLOSE(0.0, across, 4e-7 * scale);
-        ASSERT_CLOSE(square[0], IF_FIXED((double)first / 17592186044416.0, (double)first), 1e-6 * scale);
-        ASSERT_CLOSE(square[1], IF_FIXED((double)second / 17592186044416.0, (double)second), 1e-6 * scale);
-    }
+static double unit_of(num_unit_t x) {
+    return IF_FIXED((double)x / 1073741824.0, (double)x);
 }
 
-static void test_orthogonal_columns_need_no_rotation(void) {
-    const num_wide_t square = num_wide(NUM(20), NUM(20)), small = num_wide(NUM(0.01), NUM(0.01));
-    const num_wide_t none = num_widen(NUM(0));
-    TEST_ASSERT_TRUE(num_orthogonal(square, square, none, NUM_ANGLE(20)));
-    TEST_ASSERT_TRUE(num_orthogonal(square, small, none, NUM_ANGLE(20)));
-    TEST_ASSERT_TRUE(num_orthogonal(square, none, none, NUM_ANGLE(20)));
-    TEST_ASSERT_FALSE(num_orthogonal(square, square, num_wide(NUM(0.1), NUM(0.1)), NUM_ANGLE(20)));
-    TEST_ASSERT_FALSE(num_orthogonal(square, small, num_wide(NUM(20), NUM(0.001)), NUM_ANGLE(20)));
-    TEST_ASSERT_FALSE(num_orthogonal(small, square, -num_wide(NUM(20), NUM(0.001)), NUM_ANGLE(20)));
+/* Pairs of every size and angle, in float from the smallest that is turned on. */
+static void test_a_rotation_turns_a_pair_onto_the_first_axis(void) {
+    random_start(57);
+    for (int i = 0; i < DRAWS(200000); ++i) {
+        const double size = exp2(random_in(IF_FIXED(-21.0, -49.0), 8.4)), angle = 3.1415926 * random_one();
+        const num_t x = num_of(size * cos(angle)), y = num_of(size * sin(angle));
+        const num_rotation_t turn = num_rotation(x, y, &saturations);
+        const double c = unit_of(turn.cos), s = unit_of(turn.sin), length = hypot(value_of(x), value_of(y));
+        ASSERT_CLOSE(1.0, c * c + s * s, IF_FIXED(1.2e-8, 4e-7));
+        ASSERT_CLOSE(length, value_of(turn.length), IF_FIXED(0.51 * STEP + 6e-9 * length, 3e-7 * length));
+        ASSERT_CLOSE(0.0, c * value_of(y) - s * value_of(x), IF_FIXED(2e-9, 3e-7) * length);
+    }
+    const num_rotation_t none = num_rotation(NUM(0), NUM(0), &saturations);
+    TEST_ASSERT_TRUE((unit_of(none.cos) == 1.0) && (unit_of(none.sin) == 0.0) && (none.length == NUM(0)));
+    TEST_ASSERT_EQUAL(0, saturations);
+}
+
+/* Of symmetric matrices as the projection has them: squares of entries up to 40. */
+static void test_the_smaller_eigenvalue_is_within_a_millionth_of_the_larger(void) {
+    random_start(59);
+    for (int i = 0; i < DRAWS(200000); ++i) {
+        const double scale = exp2(random_in(-12.0, 0.0));
+        num_t a = num_of(40.0 * random_one()), b = num_of(40.0 * scale * random_one());
+        const num_t c = num_of(40.0 * scale * random_one());
+        num_wide_t first = num_wide(a, a), last = num_wide(b, b) + num_wide(c, c);
+        const num_wide_t inner = num_wide(a, b);
+        if (i % 2 == 0) {
+            const num_wide_t kept = first;
+            first = last;
+            last = kept;
+        }
+        const double unit = IF_FIXED(17592186044416.0, 1.0);
+        const double p = (double)first / unit, q = (double)last / unit, r = (double)inner / unit;
+        const double expected = 0.5 * (p + q) - hypot(0.5 * (p - q), r);
+        ASSERT_CLOSE(expected, (double)num_smaller_eigenvalue(first, last, inner) / unit, 1e-6 * (p + q));
+    }
+    const num_wide_t two = num_widen(NUM(2)), three = num_widen(NUM(3)), none = num_widen(NUM(0));
+    TEST_ASSERT_TRUE(num_smaller_eigenvalue(three, two, none) == two);
+    TEST_ASSERT_TRUE(num_smaller_eigenvalue(two, three, none) == two);
+    TEST_ASSERT_TRUE(num_smaller_eigenvalue(two, two, none) == two);
+}
+
+static void test_a_shifted_rotation_goes_by_the_square_less_the_shift(void) {
+    random_start(60);
+    for (int i = 0; i < DRAWS(200000); ++i) {
+        const double scale = exp2(random_in(-12.0, 0.0));
+        const num_t first = num_of(40.0 * scale * random_in(0.01, 1.0)), second = num_of(40.0 * scale * random_one());
+        const num_t root = num_of(40.0 * scale * random_one());
+        const double x = value_of(first), z = x * value_of(second), y = x * x - value_of(root) * value_of(root);
+        if (hypot(y, z) < 1e-3 * (x * x + fabs(z))) {
+            continue; /* what is left of the difference is the rounding of its terms */
+        }
+        const num_rotation_t turn = num_shifted_rotation(first, second, num_wide(root, root), &saturations);
+        const double sign = (x < 0.0) ? -1.0 : 1.0;
+        ASSERT_CLOSE(sign * y / hypot(y, z), unit_of(turn.cos), 5e-4);
+        ASSERT_CLOSE(sign * z / hypot(y, z), unit_of(turn.sin), 5e-4);
+    }
+    TEST_ASSERT_EQUAL(0, saturations);
 }
 
 /* A block scaled by its headroom has its largest size from 16 to 32, and comes back as it was. A float stays. */
@@ -295,8 +311,9 @@ int main(void) {
     RUN_TEST(test_sine_and_cosine_keep_their_bound_for_every_angle);
     RUN_TEST(test_sine_and_cosine_stay_in_range_for_any_bits);
     RUN_TEST(test_only_numbers_are_finite);
-    RUN_TEST(test_a_rotation_makes_two_columns_orthogonal);
-    RUN_TEST(test_orthogonal_columns_need_no_rotation);
+    RUN_TEST(test_a_rotation_turns_a_pair_onto_the_first_axis);
+    RUN_TEST(test_the_smaller_eigenvalue_is_within_a_millionth_of_the_larger);
+    RUN_TEST(test_a_shifted_rotation_goes_by_the_square_less_the_shift);
     RUN_TEST(test_headroom_and_back);
     RUN_TEST(test_what_does_not_fit_saturates_and_is_counted);
     return UNITY_END();

@@ -1,12 +1,14 @@
 # Firmware images for controllers and emulated ones. A target is a processor (m3 m4f m7 r5f), a board a circuit around one.
 CROSS ?= arm-none-eabi-
 TARGETS := m3 m4f m7 r5f
-# What ships: the core's loops are short and of fixed length, and in float worth the flash that unrolling them takes.
+# What ships. Float: loops of fixed length along a column are worth the flash that unrolling them takes. Fixed point: what
+# is saved by unrolling is little beside 64-bit products, and flash is short.
 OPT ?= -O2
-OPT_CORE_float := -O3
-OPT_CORE_fixed := $(OPT)
+HOT := $(addprefix firmware/core/,motion.c bidiagonal.c subspace.c index.c)
+OPT_float = $(if $(filter $(HOT),$(1)),-O3,$(OPT))
+OPT_fixed = $(if $(filter firmware/core/%,$(1)),-Os,$(OPT))
 # $(call optimisation_of,FILE,NUMERIC)
-optimisation_of = $(if $(filter firmware/core/%,$(1)),$(OPT_CORE_$(2)),$(OPT))
+optimisation_of = $(call OPT_$(2),$(1))
 
 CPU_m3 := -mcpu=cortex-m3 -mthumb
 CPU_m4f := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
@@ -32,8 +34,12 @@ BLOCK_NUMERIC_float := float32
 BLOCK_NUMERIC_fixed := q9.22
 TAUPERP = $(VENV)/bin/tauperp
 
+# Whatever decides what a block says.
+BLOCK_SOURCES = $(VENV_STAMP) dbc/tauperp.dbc $(wildcard host/tauperp/robot/*.py host/tauperp/robot/models/* \
+    host/tauperp/config/*.py host/tauperp/presets/*) $(filter-out default paper,$(CONFIG))
+
 define BLOCK_RULES
-$(BUILD)/block/$(1)/%.bin: $(VENV_STAMP) dbc/tauperp.dbc $(filter-out default paper,$(CONFIG))
+$(BUILD)/block/$(1)/%.bin: $(BLOCK_SOURCES)
 	@mkdir -p $$(@D)
 	@$(TAUPERP) config $(CONFIG) --robot $$* --numeric $(BLOCK_NUMERIC_$(1)) -o $$@ > /dev/null
 endef

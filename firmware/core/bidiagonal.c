@@ -1,0 +1,171 @@
+#include "bidiagonal.h"
+
+/* Rows first to last, whose entries above the diagonal are all worth chasing but for the last one's. */
+typedef struct {
+    uint32_t first, last;
+} block_t;
+
+/* The first sweeps are without a shift: a singular value that is small beside the next one comes out by these alone. */
+static const uint32_t unshifted_sweeps = 2;
+static const uint32_t late_sweeps = 8; /* float has none of them */
+
+/* Entries this short are zero: their squares may have no exact float. */
+static const num_t nothing = NUM(1e-15);
+
+void bidiagonal_square(bidiagonal_t *self, uint32_t *saturations) {
+    num_t beyond = self->above[self->rows - 1u];
+    self->above[self->rows - 1u] = NUM(0);
+    for (uint32_t i = self->rows; i-- > 0u;) {
+        const num_rotation_t right = num_rotation(self->diagonal[i], beyond, saturations);
+        self->diagonal[i] = right.length;
+        if (i > 0u) {
+            beyond = -num_unit_times(right.sin, self->above[i - 1u]);
+            self->above[i - 1u] = num_unit_times(right.cos, self->above[i - 1u]);
+        }
+    }
+}
+
+/* Whether tolerance * |B^-1|_F of the first `rows` rows, which is left in *share, is below 1. Row i of the inverse is
+ * as long as sqrt(1 + (above_i * length of row i+1)^2) / |diagonal_i|. */
+static bool short_inverse(const bidiagonal_t *self, uint32_t rows, num_t tolerance, num_t *share,
+                          uint32_t *saturations) {
+    const num_wide_t square = num_wide(tolerance, tolerance);
+    num_wide_t sum = num_widen(NUM(0));
+    num_t row = NUM(0);
+    for (uint32_t i = rows; i-- > 0u;) {
+        const num_t size = num_abs(self->diagonal[i]);
+        const num_t along = num_mul(self->above[i], row, saturations);
+        const num_t length = num_root(square + num_wide(along, along));
+        if (!(length < size)) { /* so that no quotient is too large for its type */
+            return false;
+        }
+        row = num_div(length, size, saturations);
+        sum += num_wide(row, row);
+    }
+    *share = num_root(sum);
+    return sum < num_widen(NUM(1));
+}
+
+/* The block that ends in row `last`: from where all above the diagonal is larger than `negligible`. What is not, above
+ * the block, becomes zero. */
+static block_t block_of(bidiagonal_t *self, uint32_t last, num_t negligible) {
+    block_t block = {.first = last, .last = last};
+    while ((block.first > 0u) && (num_abs(self->above[block.first - 1u]) > negligible)) {
+        --block.first;
+    }
+    if (block.first > 0u) {
+        self->above[block.first - 1u] = NUM(0);
+    }
+    return block;
+}
+
+/* Whether the next sweep is with a shift. In fixed point the shift of a large last row may be lost on a small row
+ * before: late sweeps do without it there. */
+static bool wants_shift(const bidiagonal_t *self, block_t block, uint32_t sweeps, uint32_t *saturations) {
+    bool wants = sweeps >= unshifted_sweeps;
+    if (sweeps >= late_sweeps) {
+        const num_t small = num_mul(NUM(0.125), num_abs(self->diagonal[block.last]), saturations);
+        for (uint32_t i = block.first; i < block.last; ++i) {
+            wants = wants && (num_abs(self->diagonal[i]) > small);
+        }
+    }
+    return wants;
+}
+
+/* The shift: of the eigenvalues of B^T B's last two rows the smaller one, because it is the small singular values that
+ * are to come out first. */
+static num_wide_t shift_of(const bidiagonal_t *self, block_t block) {
+    const uint32_t last = block.last;
+    const num_t before = ((last - 1u) > block.first) ? self->above[last - 2u] : NUM(0);
+    const num_t entry = self->diagonal[last - 1u];
+    const num_t above = self->above[last - 1u];
+    return num_smaller_eigenvalue(num_wide(entry, entry) + num_wide(before, before),
+                                  num_wide(self->diagonal[last], self->diagonal[last]) + num_wide(above, above),
+                                  num_wide(entry, above));
+}
+
+/* One sweep over a block: rotations of two columns and of two rows in turn. The first is by the first column of B^T B
+ * less the shift; each of the others puts right what the one before has put out of place. Where that is nothing, for
+ * all that a number can tell, the shift would not come through: the sweep begins anew there. */
+static void sweep(bidiagonal_t *self, bidiagonal_path_t *path, block_t block, num_wide_t shift, bool shifted,
+                  uint32_t *saturations) {
+    bidiagonal_turn_t *turn = &path->turn[path->turns];
+    num_t entry = self->diagonal[block.first];
+    num_t above = self->above[block.first];
+    num_t bulge = NUM(0); /* beside `above` of the row before */
+    for (uint32_t i = block.first; i < block.last; ++i) {
+        num_rotation_t right;
+        if (bulge != NUM(0)) {
+            right = num_rotation(self->above[i - 1u], bulge, saturations);
+            self->above[i - 1u] = right.length;
+        } else if (shifted) {
+            right = num_shifted_rotation(entry, above, shift, saturations);
+        } else {
+            right = num_rotation(entry, above, saturations);
+        }
+        const num_t next = self->diagonal[i + 1u];
+        const num_t after = self->above[i + 1u];
+        const num_t turned = num_turned_first(right.cos, right.sin, entry, above, saturations);
+        const num_t beside = num_turned_second(right.cos, right.sin, entry, above, saturations);
+        const num_t below = num_unit_times(right.cos, next);
+        const num_rotation_t left = num_rotation(turned, num_unit_times(right.sin, next), saturations);
+        self->diagonal[i] = left.length;
+        self->above[i] = num_turned_first(left.cos, left.sin, beside, below, saturations);
+        entry = num_turned_second(left.cos, left.sin, beside, below, saturations);
+        above = num_unit_times(left.cos, after);
+        bulge = num_unit_times(left.sin, after);
+        *turn = (bidiagonal_turn_t){.cos = left.cos, .sin = left.sin, .first = i};
+        ++turn;
+    }
+    self->diagonal[block.last] = entry;
+    path->turns += block.last - block.first;
+    ++path->sweeps;
+}
+
+/* A rounding of B as a whole. */
+static num_t negligible_beside(const bidiagonal_t *self, uint32_t *saturations) {
+    num_wide_t square = num_widen(NUM(0));
+    for (uint32_t i = 0; i < self->rows; ++i) {
+        square += num_wide(self->diagonal[i], self->diagonal[i]) + num_wide(self->above[i], self->above[i]);
+    }
+    return num_max(num_mul(num_root(square), NUM(1.2e-7), saturations), nothing);
+}
+
+void bidiagonal_diagonalise(bidiagonal_t *self, num_t tolerance, bool all, bidiagonal_path_t *path,
+                            uint32_t *saturations) {
+    path->turns = 0;
+    path->sweeps = 0;
+    path->left = self->rows;
+    path->share = NUM(0);
+    path->done = (self->rows == 0u) || (!all && short_inverse(self, self->rows, tolerance, &path->share, saturations));
+    if (path->done) {
+        return;
+    }
+    const num_t negligible = negligible_beside(self, saturations);
+    while (!path->done && (path->sweeps < BIDIAGONAL_MAX_SWEEPS)) {
+        const block_t block = block_of(self, path->left - 1u, negligible);
+        if (block.first == block.last) {
+            --path->left;
+            path->share = NUM(0);
+            path->done =
+                (path->left == 0u) || (!all && short_inverse(self, path->left, tolerance, &path->share, saturations));
+        } else {
+            const bool shifted = wants_shift(self, block, path->sweeps, saturations);
+            const num_wide_t shift = shifted ? shift_of(self, block) : num_widen(NUM(0));
+            sweep(self, path, block, shift, shifted, saturations);
+        }
+    }
+}
+
+void bidiagonal_turn_back(const bidiagonal_path_t *path, uint32_t count, num_t vector[][BIDIAGONAL_MAX_ROWS]) {
+    for (uint32_t t = path->turns; t-- > 0u;) {
+        const bidiagonal_turn_t turn = path->turn[t];
+        for (uint32_t v = 0; v < count; ++v) {
+            num_t *const pair = &vector[v][turn.first];
+            const num_t first = pair[0];
+            const num_t second = pair[1];
+            pair[0] = num_unit_turned(turn.cos, -turn.sin, first, second);
+            pair[1] = num_unit_turned(turn.sin, turn.cos, first, second);
+        }
+    }
+}
