@@ -10,78 +10,127 @@ typedef struct {
     vec3_t gravity;
 } link_t;
 
+/* A frame of the chain in the base frame. */
+typedef struct {
+    vec3_t row_x, row_y, row_z; /* of its rotation: the components of the base's axes in this frame */
+    vec3_t origin;
+} frame_t;
+
+/* A right angle as the generator writes it, between axes that cross or skew at 90 degrees: nothing to multiply. */
+static bool is_quarter(const robot_joint_t *joint) {
+    return (joint->cos_twist == NUM(0)) && (joint->sin_twist == NUM(1));
+}
+
+/* Axes that meet have one origin. */
+static bool has_offset(const robot_joint_t *joint) {
+    return (joint->offset.x != NUM(0)) || (joint->offset.y != NUM(0)) || (joint->offset.z != NUM(0));
+}
+
 /* Components of a vector of the parent frame in the joint's frame: twist about x, then the joint about z. */
-static inline vec3_t into_link(const robot_joint_t *joint, num_sincos_t turn, vec3_t v, uint32_t *saturations) {
-    const num_t y = num_narrow(num_wide(joint->cos_twist, v.y) + num_wide(joint->sin_twist, v.z), saturations);
-    const num_t z = num_narrow(num_wide(joint->cos_twist, v.z) - num_wide(joint->sin_twist, v.y), saturations);
-    return (vec3_t){.x = num_narrow(num_wide(turn.cos, v.x) + num_wide(turn.sin, y), saturations),
-                    .y = num_narrow(num_wide(turn.cos, y) - num_wide(turn.sin, v.x), saturations),
-                    .z = z};
+NUM_STEP vec3_t turned(const num_sincos_t *turn, const vec3_t *v, uint32_t *saturations) {
+    return (vec3_t){.x = num_narrow(num_wide(turn->cos, v->x) + num_wide(turn->sin, v->y), saturations),
+                    .y = num_narrow(num_wide(turn->cos, v->y) - num_wide(turn->sin, v->x), saturations),
+                    .z = v->z};
 }
 
-static inline vec3_t into_parent(const robot_joint_t *joint, num_sincos_t turn, vec3_t v, uint32_t *saturations) {
-    const num_t x = num_narrow(num_wide(turn.cos, v.x) - num_wide(turn.sin, v.y), saturations);
-    const num_t y = num_narrow(num_wide(turn.sin, v.x) + num_wide(turn.cos, v.y), saturations);
-    return (vec3_t){.x = x,
-                    .y = num_narrow(num_wide(joint->cos_twist, y) - num_wide(joint->sin_twist, v.z), saturations),
-                    .z = num_narrow(num_wide(joint->sin_twist, y) + num_wide(joint->cos_twist, v.z), saturations)};
+NUM_STEP vec3_t into_link(const robot_joint_t *joint, const bool quarter, const num_sincos_t *turn, const vec3_t *v,
+                          uint32_t *saturations) {
+    vec3_t twisted = {.x = v->x, .y = v->z, .z = -v->y};
+    if (!quarter) {
+        twisted.y = num_narrow(num_wide(joint->cos_twist, v->y) + num_wide(joint->sin_twist, v->z), saturations);
+        twisted.z = num_narrow(num_wide(joint->cos_twist, v->z) - num_wide(joint->sin_twist, v->y), saturations);
+    }
+    return turned(turn, &twisted, saturations);
 }
 
-/* What turns with a body rotates by one matrix row at a time: R <- R Rx(twist) Rz(q + zero). */
-static inline vec3_t turn_row(const robot_joint_t *joint, num_sincos_t turn, vec3_t row, uint32_t *saturations) {
-    return into_link(joint, turn, row, saturations);
+NUM_STEP vec3_t into_parent(const robot_joint_t *joint, const bool quarter, const num_sincos_t *turn, const vec3_t *v,
+                            uint32_t *saturations) {
+    const num_t x = num_narrow(num_wide(turn->cos, v->x) - num_wide(turn->sin, v->y), saturations);
+    const num_t y = num_narrow(num_wide(turn->sin, v->x) + num_wide(turn->cos, v->y), saturations);
+    vec3_t twisted = {.x = x, .y = -v->z, .z = y};
+    if (!quarter) {
+        twisted.y = num_narrow(num_wide(joint->cos_twist, y) - num_wide(joint->sin_twist, v->z), saturations);
+        twisted.z = num_narrow(num_wide(joint->sin_twist, y) + num_wide(joint->cos_twist, v->z), saturations);
+    }
+    return twisted;
 }
 
 static vec3_t base_row(const robot_t *robot, uint32_t i) {
     return (vec3_t){.x = robot->base[i][0], .y = robot->base[i][1], .z = robot->base[i][2]};
 }
 
-/* Components in the base frame of a vector of the frame that has these rows. */
-static inline vec3_t out_of_link(vec3_t row_x, vec3_t row_y, vec3_t row_z, vec3_t v, uint32_t *saturations) {
-    return (vec3_t){.x = vec3_dot(row_x, v, saturations),
-                    .y = vec3_dot(row_y, v, saturations),
-                    .z = vec3_dot(row_z, v, saturations)};
+/* A point given in a frame, in the base frame. */
+NUM_STEP vec3_t point_of(const frame_t *frame, const vec3_t *v, uint32_t *saturations) {
+    const vec3_t rotated = {.x = vec3_dot(frame->row_x, *v, saturations),
+                            .y = vec3_dot(frame->row_y, *v, saturations),
+                            .z = vec3_dot(frame->row_z, *v, saturations)};
+    return vec3_add(frame->origin, rotated, saturations);
 }
 
-static inline vec3_t axis_of(vec3_t row_x, vec3_t row_y, vec3_t row_z) {
-    return (vec3_t){.x = row_x.z, .y = row_y.z, .z = row_z.z};
+static inline void keep_axis(motion_t *self, uint32_t i, const frame_t *frame) {
+    self->jacobian[3][i] = frame->row_x.z;
+    self->jacobian[4][i] = frame->row_y.z;
+    self->jacobian[5][i] = frame->row_z.z;
 }
 
-static void forward(motion_t *self, const robot_t *robot, const num_t q[], const num_t qd[], link_t links[]) {
+/* The first joint: its frame is the base's but for the turn, and the base stands still. */
+NUM_STEP void forward_first(motion_t *self, const robot_t *robot, num_t qd, link_t *link, frame_t *frame) {
     uint32_t *const sat = &self->saturations;
-    const vec3_t base_x = base_row(robot, 0);
-    const vec3_t base_y = base_row(robot, 1);
-    const vec3_t base_z = base_row(robot, 2);
-    vec3_t row_x = base_x, row_y = base_y, row_z = base_z; /* rows of the rotation of frame i in the base frame */
-    vec3_t origin = {NUM(0), NUM(0), NUM(0)};
-    vec3_t origins[ROBOT_MAX_JOINTS];
+    const vec3_t x = base_row(robot, 0);
+    const vec3_t y = base_row(robot, 1);
+    const vec3_t z = base_row(robot, 2);
     const vec3_t g = robot->gravity;
-    link_t parent = {
-        .gravity = {.x = num_narrow(num_wide(base_x.x, g.x) + num_wide(base_y.x, g.y) + num_wide(base_z.x, g.z), sat),
-                    .y = num_narrow(num_wide(base_x.y, g.x) + num_wide(base_y.y, g.y) + num_wide(base_z.y, g.z), sat),
-                    .z = num_narrow(num_wide(base_x.z, g.x) + num_wide(base_y.z, g.y) + num_wide(base_z.z, g.z), sat)}};
-    for (uint32_t i = 0; i < robot->joint_count; ++i) {
-        const robot_joint_t *const joint = &robot->joint[i];
-        link_t *const link = &links[i];
-        link->turn = num_sincos(num_add(q[i], joint->zero_rad, sat));
-        const vec3_t at_joint = vec3_add(parent.linear, vec3_cross(parent.angular, joint->offset, sat), sat);
-        link->angular = into_link(joint, link->turn, parent.angular, sat);
-        link->angular.z = num_add(link->angular.z, qd[i], sat);
-        link->linear = into_link(joint, link->turn, at_joint, sat);
-        link->gravity = into_link(joint, link->turn, parent.gravity, sat);
-        parent = *link;
+    const vec3_t gravity = {.x = num_narrow(num_wide(x.x, g.x) + num_wide(y.x, g.y) + num_wide(z.x, g.z), sat),
+                            .y = num_narrow(num_wide(x.y, g.x) + num_wide(y.y, g.y) + num_wide(z.y, g.z), sat),
+                            .z = num_narrow(num_wide(x.z, g.x) + num_wide(y.z, g.y) + num_wide(z.z, g.z), sat)};
+    link->angular = (vec3_t){NUM(0), NUM(0), qd};
+    link->linear = (vec3_t){NUM(0), NUM(0), NUM(0)};
+    link->gravity = turned(&link->turn, &gravity, sat);
+    frame->row_x = turned(&link->turn, &x, sat);
+    frame->row_y = turned(&link->turn, &y, sat);
+    frame->row_z = turned(&link->turn, &z, sat);
+    frame->origin = (vec3_t){NUM(0), NUM(0), NUM(0)};
+    keep_axis(self, 0, frame);
+}
 
-        origin = vec3_add(origin, out_of_link(row_x, row_y, row_z, joint->offset, sat), sat);
-        origins[i] = origin;
-        row_x = turn_row(joint, link->turn, row_x, sat);
-        row_y = turn_row(joint, link->turn, row_y, sat);
-        row_z = turn_row(joint, link->turn, row_z, sat);
-        const vec3_t axis = axis_of(row_x, row_y, row_z);
-        self->jacobian[3][i] = axis.x;
-        self->jacobian[4][i] = axis.y;
-        self->jacobian[5][i] = axis.z;
+/* From one joint to the next. */
+NUM_STEP void forward_next(motion_t *self, const robot_joint_t *joint, const bool quarter, num_t qd,
+                           const link_t *parent, link_t *link, frame_t *frame) {
+    uint32_t *const sat = &self->saturations;
+    vec3_t velocity = parent->linear;
+    if (has_offset(joint)) {
+        velocity = vec3_add(velocity, vec3_cross(parent->angular, joint->offset, sat), sat);
+        frame->origin = point_of(frame, &joint->offset, sat);
     }
-    const vec3_t tip = vec3_add(origin, out_of_link(row_x, row_y, row_z, robot->tip, sat), sat);
+    link->angular = into_link(joint, quarter, &link->turn, &parent->angular, sat);
+    link->angular.z = num_add(link->angular.z, qd, sat);
+    link->linear = into_link(joint, quarter, &link->turn, &velocity, sat);
+    link->gravity = into_link(joint, quarter, &link->turn, &parent->gravity, sat);
+    frame->row_x = into_link(joint, quarter, &link->turn, &frame->row_x, sat);
+    frame->row_y = into_link(joint, quarter, &link->turn, &frame->row_y, sat);
+    frame->row_z = into_link(joint, quarter, &link->turn, &frame->row_z, sat);
+}
+
+NUM_STEP void forward(motion_t *self, const robot_t *robot, const num_t q[], const num_t qd[], link_t links[]) {
+    uint32_t *const sat = &self->saturations;
+    frame_t frame;
+    vec3_t origins[ROBOT_MAX_JOINTS];
+    for (uint32_t i = 0; i < robot->joint_count; ++i) { /* by itself: its many constants stay in registers */
+        links[i].turn = num_sincos(num_add(q[i], robot->joint[i].zero_rad, sat));
+    }
+    forward_first(self, robot, qd[0], &links[0], &frame);
+    origins[0] = frame.origin;
+    for (uint32_t i = 1; i < robot->joint_count; ++i) {
+        const robot_joint_t *const joint = &robot->joint[i];
+        if (is_quarter(joint)) {
+            forward_next(self, joint, true, qd[i], &links[i - 1u], &links[i], &frame);
+        } else {
+            forward_next(self, joint, false, qd[i], &links[i - 1u], &links[i], &frame);
+        }
+        origins[i] = frame.origin;
+        keep_axis(self, i, &frame);
+    }
+    const vec3_t tip = point_of(&frame, &robot->tip, sat);
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
         const vec3_t axis = {.x = self->jacobian[3][i], .y = self->jacobian[4][i], .z = self->jacobian[5][i]};
         const vec3_t linear = vec3_cross(axis, vec3_subtract(tip, origins[i], sat), sat);
@@ -115,31 +164,52 @@ static inline vec3_t own_angular_momentum(const robot_joint_t *joint, vec3_t w, 
                         saturations)};
 }
 
-static void backward(motion_t *self, const robot_t *robot, const link_t links[]) {
+/* What is beyond a joint, about its origin and in its frame. */
+typedef struct {
+    vec3_t linear;  /* P: linear momentum */
+    vec3_t angular; /* L: angular momentum */
+    vec3_t moment;  /* s: first moment of mass */
+} beyond_t;
+
+NUM_STEP void add_link(motion_t *self, const robot_joint_t *joint, uint32_t i, const link_t *link, beyond_t *beyond) {
     uint32_t *const sat = &self->saturations;
-    vec3_t linear = {NUM(0), NUM(0), NUM(0)};  /* P: linear momentum of everything beyond the joint */
-    vec3_t angular = {NUM(0), NUM(0), NUM(0)}; /* L: angular momentum about the joint's origin */
-    vec3_t moment = {NUM(0), NUM(0), NUM(0)};  /* s: first moment of mass about it */
-    for (uint32_t i = robot->joint_count; i-- > 0u;) {
-        const robot_joint_t *const joint = &robot->joint[i];
-        const vec3_t w = links[i].angular;
-        const vec3_t v = links[i].linear;
-        linear = vec3_add(linear, own_momentum(joint, w, sat), sat);
-        angular = vec3_add(angular, own_angular_momentum(joint, w, v, sat), sat);
-        moment.x = num_add(moment.x, joint->moment_x, sat);
-        moment.y = num_add(moment.y, joint->moment_y, sat);
+    const vec3_t w = link->angular;
+    const vec3_t v = link->linear;
+    const vec3_t gravity = link->gravity;
+    beyond->linear = vec3_add(beyond->linear, own_momentum(joint, w, sat), sat);
+    beyond->angular = vec3_add(beyond->angular, own_angular_momentum(joint, w, v, sat), sat);
+    beyond->moment.x = num_add(beyond->moment.x, joint->moment_x, sat);
+    beyond->moment.y = num_add(beyond->moment.y, joint->moment_y, sat);
+    self->momentum[i] = beyond->angular.z;
+    self->coriolis[i] =
+        num_add(num_narrow(num_wide(beyond->angular.x, w.y) - num_wide(beyond->angular.y, w.x), sat),
+                num_narrow(num_wide(beyond->linear.x, v.y) - num_wide(beyond->linear.y, v.x), sat), sat);
+    self->gravity[i] = num_narrow(num_wide(beyond->moment.y, gravity.x) - num_wide(beyond->moment.x, gravity.y), sat);
+}
 
-        const vec3_t gravity = links[i].gravity;
-        self->momentum[i] = angular.z;
-        self->coriolis[i] = num_add(num_narrow(num_wide(angular.x, w.y) - num_wide(angular.y, w.x), sat),
-                                    num_narrow(num_wide(linear.x, v.y) - num_wide(linear.y, v.x), sat), sat);
-        self->gravity[i] = num_narrow(num_wide(moment.y, gravity.x) - num_wide(moment.x, gravity.y), sat);
-
-        linear = into_parent(joint, links[i].turn, linear, sat);
-        angular = into_parent(joint, links[i].turn, angular, sat);
-        moment = into_parent(joint, links[i].turn, moment, sat);
-        angular = vec3_add(angular, vec3_cross(joint->offset, linear, sat), sat);
+NUM_STEP void hand_to_parent(const robot_joint_t *joint, const bool quarter, const num_sincos_t *turn, beyond_t *beyond,
+                             uint32_t *saturations) {
+    beyond->linear = into_parent(joint, quarter, turn, &beyond->linear, saturations);
+    beyond->angular = into_parent(joint, quarter, turn, &beyond->angular, saturations);
+    beyond->moment = into_parent(joint, quarter, turn, &beyond->moment, saturations);
+    if (has_offset(joint)) {
+        beyond->angular =
+            vec3_add(beyond->angular, vec3_cross(joint->offset, beyond->linear, saturations), saturations);
     }
+}
+
+NUM_STEP void backward(motion_t *self, const robot_t *robot, const link_t links[]) {
+    beyond_t beyond = {0};
+    for (uint32_t i = robot->joint_count - 1u; i > 0u; --i) {
+        const robot_joint_t *const joint = &robot->joint[i];
+        add_link(self, joint, i, &links[i], &beyond);
+        if (is_quarter(joint)) {
+            hand_to_parent(joint, true, &links[i].turn, &beyond, &self->saturations);
+        } else {
+            hand_to_parent(joint, false, &links[i].turn, &beyond, &self->saturations);
+        }
+    }
+    add_link(self, &robot->joint[0], 0, &links[0], &beyond);
 }
 
 void motion_init(motion_t *self) {

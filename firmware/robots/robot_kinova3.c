@@ -14,7 +14,7 @@ const robot_t robot_kinova3 = {
             {NUM(0.0), NUM(-7.34642e-06), NUM(-1.0)},
         },
     .gravity = {NUM(0.0), NUM(0.0), NUM(-9.81)},
-    .tip = {NUM(0.0), NUM(0.0), NUM(-0.0615)},
+    .tip = {NUM(0.0), NUM(0.0), NUM(-0.16743)},
     .joint =
         {
             {
@@ -27,8 +27,8 @@ const robot_t robot_kinova3 = {
                 .moment_y = NUM(0.053846774),
                 .inertia_xx = NUM(0.00190916163),
                 .inertia_xy = NUM(6.71791714e-07),
-                .inertia_xz = NUM(-3.23999581e-07),
-                .inertia_yz = NUM(0.00814621616),
+                .inertia_xz = NUM(3.74280994e-06),
+                .inertia_yz = NUM(0.00123336608),
                 .inertia_zz = NUM(0.00357915546),
                 .position_min_rad = NUM(-4.0),
                 .position_max_rad = NUM(4.0),
@@ -37,7 +37,7 @@ const robot_t robot_kinova3 = {
             },
             {
                 /* Actuator2 */
-                .offset = {NUM(0.0), NUM(0.005375), NUM(-0.12838)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(0.0)},
                 .cos_twist = NUM(-4.24264237e-06),
                 .sin_twist = NUM(1.0),
                 .zero_rad = NUM(0.0),
@@ -45,8 +45,8 @@ const robot_t robot_kinova3 = {
                 .moment_y = NUM(-1.6705066),
                 .inertia_xx = NUM(0.651481464),
                 .inertia_xy = NUM(-1.00951444e-07),
-                .inertia_xz = NUM(-6.80271998e-07),
-                .inertia_yz = NUM(-0.0121390591),
+                .inertia_xz = NUM(-9.55463398e-07),
+                .inertia_yz = NUM(-0.021118032),
                 .inertia_zz = NUM(0.652720493),
                 .position_min_rad = NUM(-2.41),
                 .position_max_rad = NUM(2.41),
@@ -55,7 +55,7 @@ const robot_t robot_kinova3 = {
             },
             {
                 /* Actuator3 */
-                .offset = {NUM(0.0), NUM(-0.21038), NUM(-0.006375)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(-0.0117508926)},
                 .cos_twist = NUM(-4.24264237e-06),
                 .sin_twist = NUM(-1.0),
                 .zero_rad = NUM(0.0),
@@ -63,8 +63,8 @@ const robot_t robot_kinova3 = {
                 .moment_y = NUM(0.0358346251),
                 .inertia_xx = NUM(0.00121436655),
                 .inertia_xy = NUM(-3.39828477e-07),
-                .inertia_xz = NUM(-1.30365176e-05),
-                .inertia_yz = NUM(0.00885958275),
+                .inertia_xz = NUM(-2.3807637e-05),
+                .inertia_yz = NUM(0.0163984712),
                 .inertia_zz = NUM(0.00245238938),
                 .position_min_rad = NUM(-4.0),
                 .position_max_rad = NUM(4.0),
@@ -73,7 +73,7 @@ const robot_t robot_kinova3 = {
             },
             {
                 /* Actuator4 */
-                .offset = {NUM(0.0), NUM(0.006375), NUM(-0.21038)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(-0.420760027)},
                 .cos_twist = NUM(-4.24264237e-06),
                 .sin_twist = NUM(1.0),
                 .zero_rad = NUM(0.0),
@@ -81,8 +81,8 @@ const robot_t robot_kinova3 = {
                 .moment_y = NUM(-0.625401185),
                 .inertia_xx = NUM(0.181188079),
                 .inertia_xy = NUM(-2.2581001e-06),
-                .inertia_xz = NUM(-2.5091073e-07),
-                .inertia_yz = NUM(-0.00509268822),
+                .inertia_xz = NUM(-3.5765118e-07),
+                .inertia_yz = NUM(-0.00907962077),
                 .inertia_zz = NUM(0.181988076),
                 .position_min_rad = NUM(-2.66),
                 .position_max_rad = NUM(2.66),
@@ -91,7 +91,7 @@ const robot_t robot_kinova3 = {
             },
             {
                 /* Actuator5 */
-                .offset = {NUM(0.0), NUM(-0.20843), NUM(-0.006375)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(-0.0127508843)},
                 .cos_twist = NUM(-4.24264237e-06),
                 .sin_twist = NUM(-1.0),
                 .zero_rad = NUM(0.0),
@@ -99,8 +99,8 @@ const robot_t robot_kinova3 = {
                 .moment_y = NUM(0.000441723978),
                 .inertia_xx = NUM(0.000524847148),
                 .inertia_xy = NUM(6.3958392e-09),
-                .inertia_xz = NUM(4.33190623e-08),
-                .inertia_yz = NUM(0.000571715416),
+                .inertia_xz = NUM(1.84655445e-07),
+                .inertia_yz = NUM(0.000663783945),
                 .inertia_zz = NUM(0.000934845149),
                 .position_min_rad = NUM(-4.0),
                 .position_max_rad = NUM(4.0),
@@ -109,7 +109,7 @@ const robot_t robot_kinova3 = {
             },
             {
                 /* Actuator6 */
-                .offset = {NUM(0.0), NUM(0.00017505), NUM(-0.10593)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(-0.314360001)},
                 .cos_twist = NUM(-4.24264237e-06),
                 .sin_twist = NUM(1.0),
                 .zero_rad = NUM(0.0),
@@ -117,8 +117,8 @@ const robot_t robot_kinova3 = {
                 .moment_y = NUM(-0.0987874591),
                 .inertia_xx = NUM(0.0122249257),
                 .inertia_xy = NUM(3.08420223e-08),
-                .inertia_xz = NUM(6.543665e-09),
-                .inertia_yz = NUM(-0.000587509906),
+                .inertia_xz = NUM(6.66236641e-09),
+                .inertia_yz = NUM(-0.000604802651),
                 .inertia_zz = NUM(0.0126349257),
                 .position_min_rad = NUM(-2.23),
                 .position_max_rad = NUM(2.23),
@@ -127,7 +127,7 @@ const robot_t robot_kinova3 = {
             },
             {
                 /* Actuator7 */
-                .offset = {NUM(0.0), NUM(-0.10593), NUM(-0.00017505)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(-0.000350549423)},
                 .cos_twist = NUM(-4.24264237e-06),
                 .sin_twist = NUM(-1.0),
                 .zero_rad = NUM(0.0),
@@ -135,8 +135,8 @@ const robot_t robot_kinova3 = {
                 .moment_y = NUM(-0.0057078412),
                 .inertia_xx = NUM(0.000283041083),
                 .inertia_xy = NUM(1.39607911e-06),
-                .inertia_xz = NUM(-1.19160379e-06),
-                .inertia_yz = NUM(-5.20824641e-05),
+                .inertia_xz = NUM(-1.60926286e-05),
+                .inertia_yz = NUM(-0.000656714082),
                 .inertia_zz = NUM(0.000674121045),
                 .position_min_rad = NUM(-4.0),
                 .position_max_rad = NUM(4.0),

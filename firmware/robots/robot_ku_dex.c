@@ -8,12 +8,12 @@ const robot_t robot_ku_dex = {
     .joint_count = 7u,
     .base =
         {
-            {NUM(1.0), NUM(0.0), NUM(0.0)},
-            {NUM(0.0), NUM(1.0), NUM(0.0)},
+            {NUM(-1.0), NUM(0.0), NUM(0.0)},
+            {NUM(0.0), NUM(-1.0), NUM(0.0)},
             {NUM(0.0), NUM(0.0), NUM(1.0)},
         },
     .gravity = {NUM(0.0), NUM(0.0), NUM(-9.81)},
-    .tip = {NUM(0.0), NUM(0.0), NUM(0.1)},
+    .tip = {NUM(0.0), NUM(0.0), NUM(0.18)},
     .joint =
         {
             {
@@ -23,11 +23,11 @@ const robot_t robot_ku_dex = {
                 .sin_twist = NUM(0.0),
                 .zero_rad = NUM(0.0),
                 .moment_x = NUM(0.0),
-                .moment_y = NUM(0.0218),
+                .moment_y = NUM(-0.0218),
                 .inertia_xx = NUM(0.011861),
                 .inertia_xy = NUM(0.0),
                 .inertia_xz = NUM(0.0),
-                .inertia_yz = NUM(-0.0043732),
+                .inertia_yz = NUM(0.0024112),
                 .inertia_zz = NUM(0.019661),
                 .position_min_rad = NUM(-2.967),
                 .position_max_rad = NUM(2.967),
@@ -36,10 +36,10 @@ const robot_t robot_ku_dex = {
             },
             {
                 /* joint2 */
-                .offset = {NUM(0.0), NUM(0.0), NUM(0.09)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(0.0)},
                 .cos_twist = NUM(0.0),
-                .sin_twist = NUM(-1.0),
-                .zero_rad = NUM(0.0),
+                .sin_twist = NUM(1.0),
+                .zero_rad = NUM(3.14159265),
                 .moment_x = NUM(0.0136),
                 .moment_y = NUM(-3.6478),
                 .inertia_xx = NUM(1.2440542),
@@ -54,16 +54,16 @@ const robot_t robot_ku_dex = {
             },
             {
                 /* joint3 */
-                .offset = {NUM(0.0), NUM(-0.19), NUM(0.0)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(0.0)},
                 .cos_twist = NUM(0.0),
                 .sin_twist = NUM(1.0),
-                .zero_rad = NUM(0.0),
+                .zero_rad = NUM(3.14159265),
                 .moment_x = NUM(0.0),
-                .moment_y = NUM(0.0132),
+                .moment_y = NUM(-0.0132),
                 .inertia_xx = NUM(0.0072018),
                 .inertia_xy = NUM(0.0),
                 .inertia_xz = NUM(0.0),
-                .inertia_yz = NUM(-0.006809),
+                .inertia_yz = NUM(0.009317),
                 .inertia_zz = NUM(0.0117018),
                 .position_min_rad = NUM(-2.967),
                 .position_max_rad = NUM(2.967),
@@ -72,10 +72,10 @@ const robot_t robot_ku_dex = {
             },
             {
                 /* joint4 */
-                .offset = {NUM(0.0), NUM(0.0), NUM(0.19)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(0.38)},
                 .cos_twist = NUM(0.0),
-                .sin_twist = NUM(-1.0),
-                .zero_rad = NUM(0.0),
+                .sin_twist = NUM(1.0),
+                .zero_rad = NUM(3.14159265),
                 .moment_x = NUM(-0.0078),
                 .moment_y = NUM(-1.4102),
                 .inertia_xx = NUM(0.402452),
@@ -90,16 +90,16 @@ const robot_t robot_ku_dex = {
             },
             {
                 /* joint5 */
-                .offset = {NUM(0.0), NUM(-0.18), NUM(0.0)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(0.0)},
                 .cos_twist = NUM(0.0),
                 .sin_twist = NUM(1.0),
-                .zero_rad = NUM(0.0),
+                .zero_rad = NUM(3.14159265),
                 .moment_x = NUM(0.0),
-                .moment_y = NUM(-0.0109),
+                .moment_y = NUM(0.0109),
                 .inertia_xx = NUM(0.0020153),
                 .inertia_xy = NUM(0.0),
                 .inertia_xz = NUM(0.0),
-                .inertia_yz = NUM(0.0001532),
+                .inertia_yz = NUM(-0.0021152),
                 .inertia_zz = NUM(0.0039153),
                 .position_min_rad = NUM(-2.967),
                 .position_max_rad = NUM(2.967),
@@ -108,10 +108,10 @@ const robot_t robot_ku_dex = {
             },
             {
                 /* joint6 */
-                .offset = {NUM(0.0), NUM(0.0), NUM(0.16)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(0.34)},
                 .cos_twist = NUM(0.0),
-                .sin_twist = NUM(-1.0),
-                .zero_rad = NUM(0.0),
+                .sin_twist = NUM(1.0),
+                .zero_rad = NUM(3.14159265),
                 .moment_x = NUM(0.0026),
                 .moment_y = NUM(-0.1585),
                 .inertia_xx = NUM(0.0179218),
@@ -126,7 +126,7 @@ const robot_t robot_ku_dex = {
             },
             {
                 /* joint7 */
-                .offset = {NUM(0.0), NUM(-0.08), NUM(0.0)},
+                .offset = {NUM(0.0), NUM(0.0), NUM(0.0)},
                 .cos_twist = NUM(0.0),
                 .sin_twist = NUM(1.0),
                 .zero_rad = NUM(0.0),
@@ -134,7 +134,7 @@ const robot_t robot_ku_dex = {
                 .moment_y = NUM(0.0),
                 .inertia_xx = NUM(-8.1e-06),
                 .inertia_xy = NUM(0.0),
-                .inertia_xz = NUM(-0.0001269),
+                .inertia_xz = NUM(-0.0003429),
                 .inertia_yz = NUM(0.0),
                 .inertia_zz = NUM(0.0008081),
                 .position_min_rad = NUM(-3.054),

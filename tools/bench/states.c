@@ -1,11 +1,18 @@
 #include "states.h"
 
 static const num_t QUARTER_TURN = NUM(1.57079633);
+static const num_t HALF_TURN = NUM(3.14159265);
+static const num_t WHOLE_TURN = NUM(6.28318531);
 
+/* Axes aligned, opposed or square to each other; what the joint cannot reach is exchanged for its opposite. */
 static num_t special_angle(const robot_joint_t *joint, random_t *random) {
-    const uint32_t choice = random_below(random, 4);
-    num_t angle = (choice == 0u) ? QUARTER_TURN : ((choice == 1u) ? -QUARTER_TURN : NUM(0));
+    const uint32_t quarters = random_below(random, 4);
+    num_t angle = ((quarters & 1u) != 0u) ? QUARTER_TURN : NUM(0);
+    angle -= ((quarters & 2u) != 0u) ? HALF_TURN : NUM(0);
     angle -= joint->zero_rad;
+    angle += (angle < -HALF_TURN) ? WHOLE_TURN : NUM(0);
+    angle += (angle < joint->position_min_rad) ? HALF_TURN : NUM(0);
+    angle -= (angle > joint->position_max_rad) ? HALF_TURN : NUM(0);
     return num_max(joint->position_min_rad, num_min(joint->position_max_rad, angle));
 }
 

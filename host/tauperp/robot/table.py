@@ -1,8 +1,9 @@
 """The firmware's table of a robot (firmware/core/robot.h): minimal frames, minimal inertial parameters.
 
-Frames: z on the joint axis, origin where the file has it (the common normals of strict Denavit-Hartenberg frames run
-away when axes are nearly parallel), and x such that the next axis is reached by a turn about x alone. The rotation
-between two z-aligned frames is Rz(a) Rx(twist) Rz(b): a turns the parent's frame, b is left as this joint's `zero`.
+Frames: z on the joint axis, origin where the axis comes nearest to the axis before it, so that axes that meet have
+one origin and nothing to move by; and x such that the next axis is reached by a turn about x alone. Between axes that
+are nearly parallel the nearest points run away: there the origin stays where the file has it. The rotation between two
+z-aligned frames is Rz(a) Rx(twist) Rz(b): a turns the parent's frame, b is left as this joint's `zero`.
 
 Inertial parameters: from the tip to the base every link hands a rod on its joint axis to its parent (Gautier and
 Khalil 1990): mass m, first moment m z and inertia diag(l, l, 0) about the frame's origin, with l its inertia yy. Such a
@@ -20,6 +21,9 @@ from tauperp.robot.spatial import Array, Body, rotation_onto, rotation_x, rotati
 # the file has it, because the table is held to 1e-9 against other readers of the same file.
 SNAP = 1e-12
 NAME_LENGTH = 16  # ROBOT_NAME_LENGTH
+# Sine between two axes from which on an origin moves to where they come nearest, and how far it may move at most, m.
+SKEW = 0.01
+REACH = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +66,9 @@ def make_table(robot: Robot) -> RobotTable:
     before = [np.eye(3), *align[:-1]]
     rotation = [before[i].T @ robot.joints[i].origin_rotation @ align[i] for i in range(n)]
     offset = [before[i].T @ robot.joints[i].origin_position for i in range(n)]
+    slide = _slides(rotation, offset)
+    z = np.array([0.0, 0.0, 1.0])
+    offset = [offset[i] + slide[i] * rotation[i][:, 2] - (slide[i - 1] * z if i > 0 else np.zeros(3)) for i in range(n)]
 
     # Frame i of the table is that frame turned about its z by turn[i], so that the next twist is about x. From the tip,
     # because what the base's rotation takes up is free.
@@ -72,7 +79,7 @@ def make_table(robot: Robot) -> RobotTable:
     offset = [np.zeros(3)] + [_clean(rotation_z(-turn[i - 1]) @ offset[i]) for i in range(1, n)]
     to_table = [(align[i] @ rotation_z(turn[i])).T for i in range(n)]  # from the robot's joint frames
 
-    moment, inertia = _minimal_parameters(robot, to_table, twist, offset)
+    moment, inertia = _minimal_parameters(robot, to_table, slide, twist, offset)
     joints = tuple(
         TableJoint(
             offset=offset[i],
@@ -98,20 +105,35 @@ def make_table(robot: Robot) -> RobotTable:
         joint_count=n,
         base=base,
         gravity=_clean(robot.gravity),
-        tip=_clean(to_table[-1] @ robot.tip),
+        tip=_clean(to_table[-1] @ robot.tip - slide[-1] * z),
         joint=joints,
     )
 
 
+def _slides(rotation: list[Array], offset: list[Array]) -> list[float]:
+    """How far, m, each origin moves along its own axis to where that comes nearest to the axis before it."""
+    slide = [0.0] * len(offset)
+    for i in range(1, len(offset)):
+        across, axis = offset[i][:2], rotation[i][:2, 2]
+        square = float(axis @ axis)
+        if square > SKEW**2 and abs(across @ axis) < REACH * square:
+            slide[i] = -float(across @ axis) / square
+    if len(offset) > 1 and np.hypot(*rotation[1][:2, 2]) > SKEW:
+        # The first axis has none before it: its origin is as high as the second one's.
+        height = float(offset[1][2] + slide[1] * rotation[1][2, 2])
+        slide[0] = height if abs(height) < REACH else 0.0
+    return slide
+
+
 def _minimal_parameters(
-    robot: Robot, to_table: list[Array], twist: list[float], offset: list[Array]
+    robot: Robot, to_table: list[Array], slide: list[float], twist: list[float], offset: list[Array]
 ) -> tuple[list[Array], list[Array]]:
     """First moments (3,) and inertias (3, 3) about the frames' origins that are left when every rod is handed on."""
     n = robot.n
     mass = [joint.mass for joint in robot.joints]
-    moment = [to_table[i] @ (joint.mass * joint.com) for i, joint in enumerate(robot.joints)]
+    moment = [to_table[i] @ (joint.mass * (joint.com - slide[i] * joint.axis)) for i, joint in enumerate(robot.joints)]
     inertia = [
-        to_table[i] @ Body(joint.mass, joint.com, joint.inertia).inertia_about(np.zeros(3)) @ to_table[i].T
+        to_table[i] @ Body(joint.mass, joint.com, joint.inertia).inertia_about(slide[i] * joint.axis) @ to_table[i].T
         for i, joint in enumerate(robot.joints)
     ]
     for i in reversed(range(n)):
@@ -132,8 +154,9 @@ def _minimal_parameters(
 def _turn_twist_zero(rotation: Array, turn: float) -> tuple[float, float, float]:
     """The parent's turn a, the twist and this joint's zero, with Rz(a) Rx(twist) Rz(zero) = rotation Rz(turn).
 
-    Of the solutions the one with the zero within a quarter turn, so that adding it to a reading costs few bits.
-    Parallel axes leave it free: it is 0.
+    Of the two solutions the one that turns a right angle forwards, which the firmware does without a product; of any
+    other twist the one with the zero within a quarter turn, so that adding it to a reading costs few bits. Parallel
+    axes leave it free: it is 0.
     """
     rotation = rotation @ rotation_z(turn)
     sine = float(np.hypot(rotation[0, 2], rotation[1, 2]))
@@ -144,7 +167,8 @@ def _turn_twist_zero(rotation: Array, turn: float) -> tuple[float, float, float]
     a = float(np.arctan2(rotation[0, 2], -rotation[1, 2]))
     zero = float(np.arctan2(rotation[2, 0], rotation[2, 1]))
     # (a + pi, -twist, zero + pi) is the same rotation. Decided clear of rounding at a quarter turn.
-    if not -np.pi / 2 + 1e-6 < zero <= np.pi / 2 + 1e-6:
+    right_angle = _snapped(np.cos(twist)) == 0.0
+    if not right_angle and not -np.pi / 2 + 1e-6 < zero <= np.pi / 2 + 1e-6:
         a, twist, zero = a + np.pi, -twist, zero + np.pi
     return _wrapped(a), twist, _wrapped(zero)
 
