@@ -2,6 +2,7 @@
 
 import subprocess
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
@@ -29,15 +30,16 @@ def versal_image(name: str, block: bytes, *, numeric: str = "float", lockstep: b
     return image
 
 
-def run_to_end(target: str, image: Path, timeout_s: float = 300) -> tuple[int, str]:
-    """Exit code and everything printed of an image that ends by itself."""
+def run_to_end(target: str, image: Path, timeout_s: float = 300, arguments: Sequence[str] = ()) -> tuple[int, str]:
+    """Exit code and everything printed of an image that ends by itself. It runs in the checkout's root."""
     done = subprocess.run(
-        [str(QEMU_RUN), target, str(image)],
+        [str(QEMU_RUN), target, str(image.relative_to(ROOT)), *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         timeout=timeout_s,
         check=False,
+        cwd=ROOT,
     )
     return done.returncode, done.stdout
 

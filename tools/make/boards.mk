@@ -132,6 +132,26 @@ $(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call TARGET_U
 unit-images: $(foreach numeric,$(NUMERICS),$(TARGETS:%=unit-images-%-$(numeric)))
 .PHONY: unit-images
 
+# Images that hear a recording through the guard: build/target/playback-TARGET-NUMERIC.elf
+COUNTER_cortex_m := firmware/boards/cortex_m/counter.c
+COUNTER_versal_r5 := $(addprefix firmware/boards/versal_r5/,pmu.c counter.c)
+playback_objects = $(call unit_objects,$(1),$(2)) $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)/,$(addsuffix .o,$(basename \
+    tests/target/playback.c $(COUNTER_$(HOME_$(1))))))
+
+define PLAYBACK_RULES
+$(BUILD)/target/playback-$(1)-$(2).elf: $(call playback_objects,$(1),$(2)) firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld
+	@mkdir -p $$(@D)
+	@echo 'ld $$@'
+	@$(CROSS)gcc $(CPU_$(1)) $(LDFLAGS_TARGET) -T firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld -o $$@ \
+	    $(call playback_objects,$(1),$(2)) $(LIBRARIES)
+
+-include $$(wildcard $(patsubst %.o,%.d,$(call playback_objects,$(1),$(2))))
+endef
+$(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call PLAYBACK_RULES,$(target),$(numeric)))))
+
+playback-images: $(foreach numeric,$(NUMERICS),$(TARGETS:%=$(BUILD)/target/playback-%-$(numeric).elf))
+.PHONY: playback-images
+
 # Images of the Versal board that provoke one fault each.
 FAULT_OBJECTS := $(addprefix $(BUILD)/object/r5f-float$(OPT)/firmware/boards/,common/log.o common/halt.o \
     $(addprefix versal_r5/,startup.o mpu.o exceptions.o board.o pmu.o))

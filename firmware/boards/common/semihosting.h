@@ -6,9 +6,16 @@
 #ifndef TAUPERP_SEMIHOSTING_H
 #define TAUPERP_SEMIHOSTING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 void semihosting_write(const char *text); /* NUL-terminated, to the debugger's console */
 _Noreturn void semihosting_exit(int32_t code);
+
+/* The command line that the debugger was given for the program, NUL-terminated; false if it does not fit. */
+bool semihosting_command_line(char text[], uint32_t size);
+
+int32_t semihosting_open(const char *path);                         /* for reading; -1 if that is not possible */
+uint32_t semihosting_read(int32_t file, void *to, uint32_t length); /* bytes read: fewer at the end of the file */
 
 #endif
