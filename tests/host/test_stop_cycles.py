@@ -1,0 +1,137 @@
+"""Both experiments once more, by the frames that the simulated robot sent: firmware in float and in Q9.22 stop the robot
+in the same cycles as a float64 reference does, give or take one."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import can
+import numpy as np
+import pytest
+from reference import Reference
+
+from tauperp.config import NUMERICS, Numeric
+from tauperp.experiment import load_experiment, run_scenario
+from tauperp.firmware import Guard, Reason
+from tauperp.robot import Joint
+from tauperp.scenario import Scenario
+from tauperp.wire import Receiver
+
+STOP_COMMAND, OF_GUARD = 0x010, (0x010, 0x200, 0x201)
+RESIDUAL_NM = 0.02
+
+Run = tuple[Scenario, list[can.Message]]
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        ("payload", "ku_dex", None),
+        ("contact", "ku_dex", None),
+        ("payload", "panda", 31),
+        ("contact", "iiwa7", 32),
+    ],
+    ids=lambda parameters: "-".join(map(str, parameters)),
+)
+def run(request: pytest.FixtureRequest) -> Run:
+    name, robot, seed = request.param
+    scenario = load_experiment(name, robot=robot, seed=seed)
+    frames: list[can.Message] = []
+    run_scenario(scenario, listener=frames.append)
+    return scenario, frames
+
+
+def cycles(frames: list[can.Message]) -> Iterator[list[can.Message]]:
+    """What the robot sent in each: the guard's answer begins with its StopCommand."""
+    cycle: list[can.Message] = []
+    for frame in frames:
+        if frame.arbitration_id == STOP_COMMAND:
+            yield cycle
+            cycle = []
+        elif frame.arbitration_id not in OF_GUARD:
+            cycle.append(frame)
+
+
+@dataclass
+class Course:
+    """Cycle by cycle."""
+
+    permitted: list[bool]
+    residual: list[np.ndarray]
+    collisions: list[int]  # cycles
+
+
+def firmware(run: Run, numeric: Numeric) -> Course:
+    scenario, frames = run
+    guard = Guard(scenario.configuration.block(numeric))
+    course = Course([], [], [])
+    trip = 0
+    for number, cycle in enumerate(cycles(frames)):
+        now_us = number * scenario.configuration.period_us
+        for frame in cycle:
+            guard.receive(frame, now_us)
+        verdict = guard.tick(now_us)
+        course.permitted.append(verdict.permitted)
+        course.residual.append(verdict.residual)
+        if verdict.trip_number != trip:
+            assert verdict.reason == Reason.COLLISION
+            trip = verdict.trip_number
+            course.collisions.append(number)
+    return course
+
+
+def reference(run: Run) -> tuple[list[bool], list[np.ndarray]]:
+    """Of each cycle: whether it is a collision, and the residual. A reading that no such robot has is not used."""
+    scenario, frames = run
+    method, receiver, robot = Reference(scenario.configuration), Receiver(scenario.configuration.wire), scenario.robot
+    readings = np.zeros((3, robot.n))
+    acceleration, task, last = np.zeros(3), 0, 0
+    collisions: list[bool] = []
+    residuals: list[np.ndarray] = []
+    for number, cycle in enumerate(cycles(frames)):
+        fresh = 0
+        for frame in cycle:
+            received = receiver.receive(frame)
+            assert received is not None and not received.invalid
+            signals, at = received.signals, received.message.joint - 1
+            if at >= 0 and signals:  # of the first frame of each only the counter is learned
+                reading = [signals[name] for name in ("Position", "Velocity", "Torque")]
+                if within(robot.joints[at], *reading):
+                    readings[:, at] = reading
+                    fresh += 1
+            elif received.message.name == "TaskCommand" and signals:
+                task = int(signals["Task"])
+                acceleration = np.array([signals[f"Accel{axis}"] for axis in "XYZ"])
+        whole = fresh == robot.n
+        collisions.append(whole and method.step(*readings, task, acceleration, number - last))
+        last = number if whole else last
+        residuals.append(method.residual.copy())
+    return collisions, residuals
+
+
+def within(joint: Joint, position: float, velocity: float, torque: float) -> bool:
+    return (
+        joint.position_min <= position <= joint.position_max
+        and abs(velocity) <= joint.velocity_max
+        and abs(torque) <= joint.torque_max
+    )
+
+
+@pytest.mark.parametrize("numeric", NUMERICS)
+def test_the_firmware_stops_in_the_cycle_in_which_float64_does(run: Run, numeric: Numeric) -> None:
+    course = firmware(run, numeric)
+    collisions, residuals = reference(run)
+    difference = float(np.max(np.abs(np.array(course.residual) - np.array(residuals))))
+    theirs: list[int] = []
+    watched = False  # the robot may move, and float64 has not seen a collision since it may
+    for number, permitted in enumerate(course.permitted):
+        watched = watched or (permitted and not course.permitted[number - 1])
+        stopped_now = not permitted and number > 0 and course.permitted[number - 1]
+        late = not permitted and number > 1 and course.permitted[number - 2]
+        if watched and collisions[number] and (permitted or stopped_now or late):
+            theirs.append(number)
+            watched = False
+    print(f"stops {course.collisions}, float64 {theirs}; residual within {difference:.1e} Nm")
+    assert len(course.collisions) == sum(len(phase.strikes) for phase in run[0].phases)
+    assert difference <= RESIDUAL_NM
+    assert len(theirs) == len(course.collisions)
+    assert np.max(np.abs(np.array(course.collisions) - np.array(theirs))) <= 1
