@@ -16,7 +16,8 @@ class Reference:
 
     def __init__(self, configuration: Configuration) -> None:
         settings = configuration.settings
-        assert settings.subspace.basis == "instantaneous" and settings.observer.torque_sample == "interval"
+        assert settings.subspace.basis == "instantaneous"
+        assert settings.observer.torque_sample == "interval"
         n = configuration.robot.n
         self._subspace = settings.subspace
         self._read = pinocchio_reader(configuration.robot)

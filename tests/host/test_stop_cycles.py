@@ -1,5 +1,5 @@
-"""Both experiments once more, by the frames that the simulated robot sent: firmware in float and in Q9.22 stop the robot
-in the same cycles as a float64 reference does, give or take one."""
+"""Both experiments once more, by the frames that the simulated robot sent: the firmware stops the robot in the cycles
+in which a float64 reference does, in float and in Q9.22, give or take one."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -91,7 +91,8 @@ def reference(run: Run) -> tuple[list[bool], list[np.ndarray]]:
         fresh = 0
         for frame in cycle:
             received = receiver.receive(frame)
-            assert received is not None and not received.invalid
+            assert received is not None
+            assert not received.invalid
             signals, at = received.signals, received.message.joint - 1
             if at >= 0 and signals:  # of the first frame of each only the counter is learned
                 reading = [signals[name] for name in ("Position", "Velocity", "Torque")]
