@@ -1,0 +1,64 @@
+"""What the firmware asks of a compiler's libraries on every target: to clear and copy memory, integers and, where the
+processor has no float unit, floats. No libm, no double, no fused multiply-add."""
+
+import re
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import pytest
+from emulator import ROOT, make
+
+ROOMS = ("core", "wire", "guard", "robots")
+TARGETS = ("m3", "m4f", "m7", "r5f")
+MEMORY = {"memset", "memcpy"}
+INTEGERS = {"__aeabi_uldivmod", "__aeabi_ldivmod"}
+# Software floating point. sqrtf of newlib is exact, as IEEE 754 demands: it stands in for the missing instruction.
+FLOATS = re.compile(r"__aeabi_(f(add|sub|rsub|mul|div|cmp\w\w)|[iu]2f|f2u?iz|fcmpun)|sqrtf")
+FUSED_OR_DOUBLE = re.compile(r"\bv(fn?m[as]|\w+\.f64)\w*|\.f64")
+
+
+def objects(target: str, numeric: str) -> list[Path]:
+    place = ROOT / "build" / "object" / f"{target}-{numeric}-O2" / "firmware"
+    sources = [source for room in ROOMS for source in (ROOT / "firmware" / room).glob("*.c")]
+    made = [place / source.relative_to(ROOT / "firmware").with_suffix(".o") for source in sources]
+    make(*(str(file.relative_to(ROOT)) for file in made))
+    return made
+
+
+@cache
+def output(tool: str, option: str, *files: Path) -> str:
+    return subprocess.run([tool, option, *files], capture_output=True, text=True, check=True).stdout
+
+
+def symbols(files: list[Path], kind: str) -> set[str]:
+    """By nm's letter: U is asked for, anything else is there."""
+    lines = [line.split() for line in output("arm-none-eabi-nm", "-g", *files).splitlines()]
+    return {line[-1] for line in lines if len(line) >= 2 and (line[-2] == "U") == (kind == "U")}
+
+
+@pytest.mark.parametrize("numeric", ["float", "fixed"])
+@pytest.mark.parametrize("target", TARGETS)
+def test_nothing_of_libm_and_no_double_is_asked_for(target: str, numeric: str) -> None:
+    files = objects(target, numeric)
+    asked = symbols(files, "U") - symbols(files, "defined")
+    allowed = MEMORY | INTEGERS | ({name for name in asked if FLOATS.fullmatch(name)} if target == "m3" else set())
+    assert "memset" in asked  # or nothing was looked at
+    assert asked - allowed == set()
+
+
+@pytest.mark.parametrize("numeric", ["float", "fixed"])
+@pytest.mark.parametrize("target", [target for target in TARGETS if target != "m3"])
+def test_no_instruction_is_fused_or_of_double_precision(target: str, numeric: str) -> None:
+    files = objects(target, numeric)
+    code = output("arm-none-eabi-objdump", "-d", *files)
+    assert "vmul.f32" in code or numeric == "fixed"
+    assert [line for line in code.splitlines() if FUSED_OR_DOUBLE.search(line)] == []
+
+
+def test_the_library_for_the_host_asks_for_no_more() -> None:
+    make("library", "library-fixed")
+    for library in ("build/libtauperp.so", "build/fixed/libtauperp.so"):
+        lines = output("nm", "-Du", ROOT / library).splitlines()
+        asked = {line.split()[-1].partition("@")[0] for line in lines}
+        assert {name for name in asked if not name.startswith(("_ITM_", "__cxa_", "__gmon"))} <= MEMORY, library
