@@ -8,8 +8,8 @@ import pytest
 from emulator import ROOT, make, run_to_end
 
 VERDICT = re.compile(r"^[^\n:]*:\d+:(test_\w+):(PASS|FAIL|IGNORE)", re.MULTILINE)
-# Models of a controller's registers, and the Linux process: they run where these run.
-HOST_ONLY = ("test_fdcan", "test_linux_")
+# Models of boards and of their registers, and the Linux process: they run where these run.
+HOST_ONLY = ("test_board_", "test_fdcan", "test_linux_")
 PROGRAMS = sorted(
     path.stem for path in (ROOT / "tests" / "unit").glob("test_*.c") if not path.stem.startswith(HOST_ONLY)
 )

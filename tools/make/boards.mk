@@ -112,7 +112,7 @@ $(IMAGE): $(IMAGE_LINKED) $(IMAGE_BLOCK) firmware/boards/common/config.S firmwar
 # The unit tests as images for the emulated targets: build/unit/TARGET-NUMERIC/test_NAME
 HOME_SOURCES_cortex_m := firmware/boards/cortex_m/startup.c
 HOME_SOURCES_versal_r5 := $(addprefix firmware/boards/versal_r5/,startup.S mpu.c exceptions.c) firmware/boards/common/log.c tests/target/unit_board.c
-TARGET_TESTS = $(filter-out test_fdcan test_linux_%,$(UNIT_TESTS:tests/unit/%.c=%))
+TARGET_TESTS = $(filter-out test_board_% test_fdcan test_linux_%,$(UNIT_TESTS:tests/unit/%.c=%))
 unit_objects = $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)/,$(addsuffix .o,$(basename $(FIRMWARE_SOURCES) \
     firmware/boards/common/semihosting.c firmware/boards/common/newlib.c firmware/boards/common/memory.c $(HOME_SOURCES_$(HOME_$(1))))))
 

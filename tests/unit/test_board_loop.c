@@ -1,0 +1,247 @@
+/* The boards' loop (firmware/boards/common/loop.c) on a board that is a model: its time, bus, permission pin and
+ * watchdog. The robot on its bus sends a cycle's frames every period, as the guard's fixture makes them. */
+#include <setjmp.h>
+
+#define tick board_tick /* the fixture has one as well */
+#include "../../firmware/boards/common/loop.c"
+#undef tick
+
+#include "guard_fixture.h"
+
+#define POLL_US 7u /* that one round of the loop takes */
+#define FRAMES  (JOINTS + 2u)
+
+typedef enum { HANG_NOWHERE, HANG_RECEIVING, HANG_ANSWERING, HANG_LOOKING_FOR_FAULTS } hang_t;
+
+static struct {
+    uint64_t now_us, end_us;
+    uint64_t silent_from_us; /* the robot sends nothing any more */
+    uint64_t hang_from_us;
+    hang_t hang;
+    uint32_t fault, told; /* CAN_FAULT_..., and how often it was told */
+    uint64_t fault_us[2];
+    uint32_t answer_us; /* that sending takes */
+    bool flood;         /* there is always another frame */
+    bench_t robot;
+    uint64_t cycle_us; /* when the robot's cycle began */
+    uint32_t sent;     /* frames of it that were received */
+    uint32_t answers, permitted, toggles, withdrawals, served, inits;
+    uint32_t watchdog_us;
+    uint64_t served_us, longest_us; /* last service, longest time between two */
+    uint64_t answered_us;
+} board;
+
+static guard_config_t storage;
+__asm__(".globl board_config\n.set board_config, storage");
+const char board_name[] = "model";
+static jmp_buf out_of_loop;
+
+static void pass(uint64_t us) {
+    board.now_us += us;
+    if (board.now_us >= board.end_us) {
+        longjmp(out_of_loop, 1);
+    }
+}
+
+static void hang_at(hang_t place) {
+    while ((board.hang == place) && (board.now_us >= board.hang_from_us)) {
+        pass(POLL_US);
+    }
+}
+
+uint64_t clock_us(void) {
+    return board.now_us;
+}
+
+void can_init(wire_format_t format) {
+    TEST_ASSERT_EQUAL(storage.format, format);
+    ++board.inits;
+}
+
+bool can_receive(can_frame_t *frame) {
+    pass(POLL_US);
+    hang_at(HANG_RECEIVING);
+    if (board.now_us >= (board.cycle_us + storage.period_us)) {
+        board.cycle_us += storage.period_us;
+        board.sent = 0;
+        next_cycle(&board.robot);
+    }
+    if ((board.sent < FRAMES) && (board.now_us < board.silent_from_us)) {
+        *frame = (board.sent == 0u)   ? sync_frame(&board.robot)
+                 : (board.sent == 1u) ? task_frame(&board.robot)
+                                      : joint_frame(&board.robot, board.sent - 2u);
+        ++board.sent;
+        return true;
+    }
+    *frame = (can_frame_t){.id = 0x7FFu};
+    return board.flood;
+}
+
+bool can_answer(const can_frame_t frames[], uint32_t count) {
+    hang_at(HANG_ANSWERING);
+    pass(board.answer_us);
+    TEST_ASSERT_EQUAL(GUARD_MAX_FRAMES, count);
+    TEST_ASSERT_EQUAL_HEX32(TAUPERP_STOP_COMMAND_FRAME_ID, frames[0].id);
+    ++board.answers;
+    board.permitted += out.permitted ? 1u : 0u;
+    TEST_ASSERT_EQUAL(board.permitted, board.toggles); /* an edge with every permission, and with nothing else */
+    TEST_ASSERT_EQUAL(board.answers - board.permitted, board.withdrawals);
+    board.answered_us = board.now_us;
+    return true;
+}
+
+uint32_t can_faults(void) {
+    hang_at(HANG_LOOKING_FOR_FAULTS);
+    if ((board.told == 2u) || (board.now_us < board.fault_us[board.told])) {
+        return 0;
+    }
+    ++board.told;
+    return board.fault;
+}
+
+void permission_toggle(void) {
+    ++board.toggles;
+}
+
+void permission_withdraw(void) {
+    ++board.withdrawals;
+}
+
+void watchdog_start(uint32_t timeout_us) {
+    board.watchdog_us = timeout_us;
+    board.served_us = board.now_us;
+}
+
+void watchdog_serve(void) {
+    TEST_ASSERT_EQUAL(board.answers, board.served + 1u); /* every answer is served once, and nothing else is */
+    ++board.served;
+    const uint64_t since_us = board.now_us - board.served_us;
+    board.longest_us = (since_us > board.longest_us) ? since_us : board.longest_us;
+    board.served_us = board.now_us;
+}
+
+void log_text(const char *text) {
+    (void)text;
+}
+void log_number(uint32_t number) {
+    (void)number;
+}
+void log_pump(void) {}
+void log_flush(void) {}
+void identity_log(void) {}
+
+void setUp(void) {
+    memset(&board, 0, sizeof(board));
+    memset(&out, 0, sizeof(out));
+    storage = make_config();
+    start_with(&board.robot, &storage);
+    board.now_us = 5000000u;
+    board.cycle_us = board.now_us;
+    board.silent_from_us = UINT64_MAX;
+}
+
+void tearDown(void) {}
+
+static void run(uint32_t periods) {
+    board.end_us = board.now_us + (uint64_t)periods * PERIOD_US;
+    if (setjmp(out_of_loop) == 0) {
+        loop_run();
+    }
+}
+
+static void test_a_healthy_robot_is_permitted_and_every_permission_is_an_edge(void) {
+    run(200u);
+    TEST_ASSERT_UINT32_WITHIN(3u, 200u, board.answers);
+    TEST_ASSERT_UINT32_WITHIN(5u, 175u, board.permitted); /* after settling */
+    TEST_ASSERT_EQUAL(board.answers, board.served);
+    TEST_ASSERT_TRUE(board.longest_us < board.watchdog_us);
+    TEST_ASSERT_EQUAL(1, board.inits);
+}
+
+static void test_the_tick_comes_as_soon_as_the_cycle_is_complete(void) {
+    run(100u);
+    const uint64_t after_us = board.answered_us - board.cycle_us;
+    TEST_ASSERT_TRUE(after_us <= (FRAMES + 1u) * POLL_US);
+}
+
+static void test_silence_ends_the_permission_and_not_the_ticks(void) {
+    board.silent_from_us = board.now_us + 100u * PERIOD_US;
+    run(200u);
+    TEST_ASSERT_EQUAL(GUARD_REASON_SYNC_TIMEOUT, out.reason);
+    TEST_ASSERT_TRUE(board.permitted <= 100u + DEADLINE_CYCLES);
+    TEST_ASSERT_UINT32_WITHIN(4u, 200u, board.answers);
+    TEST_ASSERT_TRUE(board.longest_us < board.watchdog_us);
+}
+
+/* Wherever it hangs: no edge, no service, and the watchdog's time passes. */
+static void test_a_hung_loop_is_not_served(void) {
+    for (hang_t place = HANG_RECEIVING; place <= HANG_LOOKING_FOR_FAULTS; ++place) {
+        setUp();
+        board.hang = place;
+        board.hang_from_us = board.now_us + 100u * PERIOD_US;
+        run(150u);
+        TEST_ASSERT_TRUE(board.served > 90u);
+        TEST_ASSERT_TRUE(board.served_us <= board.hang_from_us + PERIOD_US);
+        TEST_ASSERT_TRUE((board.now_us - board.served_us) > board.watchdog_us);
+    }
+}
+
+static void test_a_flood_of_frames_does_not_keep_the_tick_from_its_time(void) {
+    board.flood = true;
+    board.silent_from_us = board.now_us + 100u * PERIOD_US;
+    run(200u);
+    TEST_ASSERT_UINT32_WITHIN(4u, 200u, board.answers);
+    TEST_ASSERT_EQUAL(GUARD_REASON_SYNC_TIMEOUT, out.reason);
+}
+
+static void test_a_tick_that_takes_too_long_by_the_boards_clock_is_a_fault(void) {
+    board.answer_us = storage.tick_budget_us;
+    run(100u);
+    TEST_ASSERT_TRUE(board.permitted > 0u);
+    setUp();
+    board.answer_us = storage.tick_budget_us + 1u;
+    run(100u);
+    TEST_ASSERT_EQUAL(0, board.permitted);
+    TEST_ASSERT_EQUAL(GUARD_REASON_TICK_OVER_BUDGET, out.reason);
+    TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, out.state);
+}
+
+/* Told at once, when there is nothing to end yet, and again when there is. */
+static void assert_fault_ends_permission(uint32_t fault, guard_reason_t reason) {
+    setUp();
+    board.fault = fault;
+    board.fault_us[0] = board.now_us;
+    board.fault_us[1] = board.now_us + 100u * PERIOD_US;
+    run(120u);
+    TEST_ASSERT_TRUE(board.permitted > 70u);
+    TEST_ASSERT_EQUAL(reason, out.reason);
+    TEST_ASSERT_EQUAL(GUARD_STATE_STOPPED, out.state);
+    TEST_ASSERT_EQUAL(1, out.trip_number);
+}
+
+static void test_a_fault_of_the_bus_ends_a_permission(void) {
+    assert_fault_ends_permission(CAN_FAULT_OFF, GUARD_REASON_BUS_OFF);
+    assert_fault_ends_permission(CAN_FAULT_OVERFLOW, GUARD_REASON_RX_OVERFLOW);
+    assert_fault_ends_permission(CAN_FAULT_STUCK, GUARD_REASON_BUS_DOWN);
+}
+
+static void test_a_configuration_that_is_refused_never_permits(void) {
+    storage.crc ^= 1u;
+    run(100u);
+    TEST_ASSERT_TRUE(board.answers > 90u);
+    TEST_ASSERT_EQUAL(0, board.permitted);
+    TEST_ASSERT_EQUAL(GUARD_STATE_UNINITIALISED, out.state);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_a_healthy_robot_is_permitted_and_every_permission_is_an_edge);
+    RUN_TEST(test_the_tick_comes_as_soon_as_the_cycle_is_complete);
+    RUN_TEST(test_silence_ends_the_permission_and_not_the_ticks);
+    RUN_TEST(test_a_hung_loop_is_not_served);
+    RUN_TEST(test_a_flood_of_frames_does_not_keep_the_tick_from_its_time);
+    RUN_TEST(test_a_tick_that_takes_too_long_by_the_boards_clock_is_a_fault);
+    RUN_TEST(test_a_fault_of_the_bus_ends_a_permission);
+    RUN_TEST(test_a_configuration_that_is_refused_never_permits);
+    return UNITY_END();
+}
