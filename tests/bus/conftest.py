@@ -30,12 +30,20 @@ CALM = {  # us, for tests by the clock: a hiccup of a loaded machine, User-Mode 
 class CalmConfiguration(Configuration):
     """Slower than a configuration may be; the observer's constants stay, which a robot at rest never meets."""
 
+    timing = CALM
+
     def block(self, numeric: Numeric = "float32") -> bytes:
         block = np.frombuffer(super().block(numeric), block_dtype(numeric)).copy()
-        for field, value in CALM.items():
+        for field, value in self.timing.items():
             block[field] = value
         block["crc"] = zlib.crc32(block.tobytes()[CRC_END:])
         return block.tobytes()
+
+
+class HurriedConfiguration(CalmConfiguration):
+    """No tick is done in so short a time."""
+
+    timing = CALM | {"tick_budget_us": 1}
 
 
 def pytest_sessionstart() -> None:

@@ -11,9 +11,10 @@ import can
 import pytest
 from bus_guard import run_guard
 from bus_robot import STOP_COMMAND, Robot, open_channel
-from conftest import Start, run
+from conftest import HurriedConfiguration, Start, run
 
 from tauperp.config import Configuration, load_configuration
+from tauperp.firmware import Reason
 from tauperp.wire import Wire
 
 PERIOD_S = 0.2  # of `calm`
@@ -177,6 +178,18 @@ def test_deadlines_are_looked_at_in_silence_too(start: Start, calm: Configuratio
     assert len(stops) == 6, "it goes on to say so"
     assert {data[2] for data in stops[-2:]} == {0xF0}
     assert process.end()["timer_ticks"] > 5
+
+
+def test_a_tick_over_its_budget_by_the_clock_is_a_fault(
+    start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
+    hurried = HurriedConfiguration(calm.settings, calm.robot, calm.wire, calm.source)
+    start(hurried)
+    robot = Robot(hurried, wire, bus)
+    robot.live(10 * PERIOD_S, PERIOD_S)
+    assert robot.answer is not None
+    assert robot.answer["Reason"] == Reason.TICK_OVER_BUDGET
+    assert not any(robot.log)
 
 
 def test_it_does_not_hear_itself(start: Start, calm: Configuration) -> None:

@@ -4,7 +4,9 @@ import time
 from pathlib import Path
 
 import pytest
-from emulator import BUILD, ROOT, Emulator, make
+from emulator import BUILD, ROOT, Emulator, make, versal_image
+
+from tauperp.config import load_configuration
 
 PROVOCATIONS = {
     "write_code": "data abort",
@@ -40,3 +42,16 @@ def test_a_stack_overflow_is_caught_in_the_guard_below_the_stack() -> None:
         words = emulator.wait_for("fault:").split()
     address = int(words[words.index("address") + 1], 16)
     assert 0x20000 <= address < 0x20100
+
+
+def test_a_tick_over_its_budget_by_the_boards_own_clock_is_a_fault() -> None:
+    """A budget of a microsecond, and no robot: even an idle tick takes longer. One of half a millisecond is enough."""
+    for budget_us, state in ((1, "state 5 reason 14"), (500, "state 2 reason 3")):
+        overrides = {"deadline": {"tick_budget_us": budget_us}}
+        block = load_configuration("default", robot="ku_dex", overrides=overrides).block()
+        with Emulator(versal_image(f"budget-{budget_us}", block, lockstep=False)) as emulator:
+            emulator.wait_for(state)
+            time.sleep(0.5)
+            lines = list(emulator.lines)
+        assert lines[-1].startswith(state)
+        assert "permission" not in lines
