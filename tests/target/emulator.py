@@ -1,5 +1,6 @@
 """Images and the emulated controllers that run them."""
 
+import fcntl
 import subprocess
 import threading
 from collections.abc import Sequence
@@ -13,8 +14,11 @@ QEMU_RUN = ROOT / "tools" / "qemu-run"
 
 
 def make(*arguments: str) -> None:
-    """`make` in the checkout; its output is the failure's."""
-    done = subprocess.run(["make", "-C", str(ROOT), *arguments], capture_output=True, text=True, check=False)
+    """`make` in the checkout, one at a time; its output is the failure's."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with open(BUILD / "make.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        done = subprocess.run(["make", "-C", str(ROOT), *arguments], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
 
 

@@ -68,23 +68,29 @@ COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c memory
 LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
 FLAGS_LOCKSTEP := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP)
 # BLOCK=file: a block that was made already, instead of one of CONFIG and ROBOT.
-IMAGE = $(BUILD)/firmware/$(BOARD)-$(ROBOT)$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep).elf
+IMAGE = $(BUILD)/firmware/$(BOARD)-$(if $(filter default paper,$(CONFIG)),$(ROBOT),$(basename $(notdir $(CONFIG))))$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep).elf
 IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)
 IMAGE_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(COMMON_SOURCES) \
     $(filter-out %/counter.c,$(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S))
 # A configuration of one's own names its robot, unless ROBOT is given as well.
 IMAGE_ROBOT = $(if $(filter default paper,$(CONFIG))$(filter command line environment,$(origin ROBOT)),--robot $(ROBOT))
 IMAGE_BLOCK = $(IMAGE:.elf=.block)
+CONFIG_COMMAND = $(TAUPERP) config $(CONFIG) $(IMAGE_ROBOT) --numeric $(BLOCK_NUMERIC_$(NUMERIC))
 
+# $(call one_of,NAMES,WORD,WHAT): make ends with one line if the word is none of the names.
+one_of = $(if $(filter 1,$(words $(2))),$(if $(filter $(1),$(2)),,$(error there is no $(3) $(2): $(1))),$(error $(3): one of $(1)))
+
+# Whatever is wrong with the configuration is said before anything is compiled.
 .PHONY: firmware
-firmware: ## build an image: make firmware BOARD=versal_r5|stm32g4 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed]
-	@if [ ! -f firmware/boards/$(BOARD)/$(BOARD).ld ]; then echo "there is no board $(BOARD): $(BOARDS)" >&2; exit 2; fi
+firmware: $(VENV_STAMP) ## build an image: make firmware BOARD=versal_r5|stm32g4 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed]
+	@$(call one_of,$(BOARDS),$(BOARD),board)$(call one_of,float fixed,$(NUMERIC),numeric type)
+	@$(if $(BLOCK),[ -f $(BLOCK) ] || { echo "$(BLOCK): no such block" >&2; exit 2; },$(CONFIG_COMMAND) > /dev/null)
 	@$(MAKE) -j $(JOBS) $(IMAGE)
 	@$(CROSS)size $(IMAGE)
 
 $(IMAGE_BLOCK): $(if $(BLOCK),$(BLOCK),$(VENV_STAMP) dbc/tauperp.dbc) FORCE
 	@mkdir -p $(@D)
-	@$(if $(BLOCK),cp $(BLOCK) $@.new,$(TAUPERP) config $(CONFIG) $(IMAGE_ROBOT) --numeric $(BLOCK_NUMERIC_$(NUMERIC)) -o $@.new >/dev/null)
+	@$(if $(BLOCK),cp $(BLOCK) $@.new,$(CONFIG_COMMAND) -o $@.new >/dev/null)
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 .PHONY: FORCE
 
@@ -164,7 +170,7 @@ include tools/bench/bench.mk
 
 .PHONY: flash
 flash: ## write an image to a board on the desk: make flash BOARD=stm32g4 (openocd or st-flash)
-	@case $(BOARD) in stm32g4) ;; *) echo "make flash: BOARD=stm32g4 is the one that can be flashed from here" >&2; exit 2;; esac
+	@$(call one_of,stm32g4,$(BOARD),board to flash)
 	@$(MAKE) firmware BOARD=$(BOARD)
 	@if command -v openocd >/dev/null; then \
 	    openocd -f interface/stlink.cfg -f target/stm32g4x.cfg -c "program $(IMAGE) verify reset exit"; \

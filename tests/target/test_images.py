@@ -1,0 +1,91 @@
+"""`make firmware`: any board with any robot, and what is wrong said before anything is built; `tauperp version` on the
+images, and GuardStatus of the guard in them."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from emulator import ROOT, make
+
+from tauperp.config import load_configuration
+from tauperp.firmware import Guard
+from tauperp.image import Image, read_image
+from tauperp.robot import shipped
+from tauperp.wire import Receiver
+
+
+def image_of(name: str, *arguments: str) -> tuple[Path, Image]:
+    place = f"build/target/{name}.elf"
+    make("firmware", f"IMAGE={place}", *arguments)
+    return ROOT / place, read_image(ROOT / place)
+
+
+@pytest.mark.parametrize("numeric", ["float", "fixed"])
+@pytest.mark.parametrize("board", ["versal_r5", "stm32g4"])
+def test_every_board_takes_every_robot(board: str, numeric: str) -> None:
+    for robot in shipped():
+        configuration = load_configuration("default", robot=robot)
+        kind = "float32" if numeric == "float" else "q9.22"
+        _, image = image_of(f"{board}-{robot}-{numeric}", f"BOARD={board}", f"ROBOT={robot}", f"NUMERIC={numeric}")
+        assert (image.board, image.numeric) == (board, kind)
+        assert image.config_crc == f"{configuration.crc(kind):08x}"
+        assert image.wire_crc == configuration.wire.hash
+
+
+def test_a_file_of_ones_own_becomes_an_image_of_its_name(tmp_path: Path) -> None:
+    cell = tmp_path / "my_cell.toml"
+    cell.write_text('robot = "panda"\npreset = "paper"\n[task.none]\nthreshold_nm = 1.7\n')
+    make("firmware", "BOARD=stm32g4", f"CONFIG={cell}")
+    image = read_image(ROOT / "build" / "firmware" / "stm32g4-my_cell.elf")
+    assert image.config_crc == f"{load_configuration(cell).crc():08x}"
+
+
+def test_what_an_image_says_of_itself_its_guard_says_on_the_bus() -> None:
+    """By the library, whose answers the image's are to the bit."""
+    _, image = image_of("said", "BOARD=versal_r5", "ROBOT=kinova3")
+    configuration = load_configuration("default", robot="kinova3")
+    guard, receiver = Guard(configuration.block()), Receiver(configuration.wire)
+    said: dict[str, float] = {}
+    for number in range(40):
+        for frame in guard.tick(number * 1000).frames:
+            received = receiver.receive(frame)
+            assert received is not None
+            said |= received.signals if received.message.name == "GuardStatus" else {}
+    major, minor, _ = map(int, image.version.split("."))
+    assert int(said["FirmwareVersion"]) == major << 8 | minor
+    assert int(said["BuildId"]) == int(image.build, 16) >> 16
+    assert int(said["ConfigCrc"]) == int(image.config_crc, 16)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["BOARD=nucleo"], "there is no board nucleo: versal_r5 stm32g4"),
+        (["BOARD="], "board: one of versal_r5 stm32g4"),
+        (["NUMERIC=double"], "there is no numeric type double: float fixed"),
+        (["ROBOT=pandas"], "pandas: no such file, and no shipped robot"),
+        (["CONFIG=nowhere.toml"], "nowhere.toml: No such file"),
+        (["BLOCK=nowhere.bin"], "nowhere.bin: no such block"),
+    ],
+)
+def test_what_is_not_there_is_said_in_one_line_before_anything_is_built(arguments: list[str], words: str) -> None:
+    done = subprocess.run(
+        ["make", "-C", str(ROOT), "--no-print-directory", "firmware", "IMAGE=build/target/never.elf", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    said = [line for line in done.stderr.splitlines() if not line.endswith(": firmware] Error 2")]
+    assert len(said) == 1
+    assert words in said[0]
+    assert done.stdout == ""
+    assert not (ROOT / "build" / "target" / "never.block").exists()
+
+
+def test_there_is_one_board_to_flash() -> None:
+    done = subprocess.run(
+        ["make", "-C", str(ROOT), "flash", "BOARD=versal_r5"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "there is no board to flash versal_r5: stm32g4" in done.stderr
