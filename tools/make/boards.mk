@@ -50,7 +50,7 @@ define OBJECT_RULES
 $(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
-	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) $$(call optimisation_of,$$<,$(2)) $$(call warnings_for,$$<) -c -o $$@ $$<
+	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) $$(call optimisation_of,$$<,$(2)) $(STRICT) -c -o $$@ $$<
 
 $(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $$(@D)
@@ -97,7 +97,7 @@ $(IMAGE_BLOCK): $(if $(BLOCK),$(BLOCK),$(VENV_STAMP) dbc/tauperp.dbc) FORCE
 $(IMAGE_OBJECTS)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $(@D)
 	@echo 'cc $< ($(BOARD), $(NUMERIC))'
-	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) $(FLAGS_LOCKSTEP) $(call optimisation_of,$<,$(NUMERIC)) $(call warnings_for,$<) -c -o $@ $<
+	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) $(FLAGS_LOCKSTEP) $(call optimisation_of,$<,$(NUMERIC)) $(STRICT) -c -o $@ $<
 
 $(IMAGE_OBJECTS)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $(@D)

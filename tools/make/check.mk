@@ -49,7 +49,7 @@ endef
 define STRICT_OBJECT_RULES
 $(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk
 	@mkdir -p $$(@D)
-	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 -Ifirmware/boards/library $$(call warnings_for,$$<) -c -o $$@ $$<
+	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 -Ifirmware/boards/library $(STRICT) -c -o $$@ $$<
 endef
 $(foreach compiler,gcc clang,$(eval $(call STRICT_RULES,$(compiler))))
 $(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,gcc,gcc,$(numeric)))\

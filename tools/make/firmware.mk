@@ -7,9 +7,6 @@ INCLUDES := $(ROOMS:%=-Ifirmware/%)
 # No contraction: every target computes the same bits.
 CFLAGS_ALL := -std=c11 -ffp-contract=off -fno-math-errno $(INCLUDES) -MMD -MP
 STRICT := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror
-# messages.c is cantools' code, never edited: the strict warnings are for ours.
-GENERATED := firmware/wire/messages.c
-warnings_for = $(if $(filter $(GENERATED),$(1)),-Wall,$(STRICT))
 
 # Which sources a build is of: written when it changes, and seen by the files that tell it.
 BUILD_ID := $(shell cat $(sort $(wildcard firmware/core/*.[ch] firmware/wire/*.[ch] firmware/guard/*.[ch])) | sha256sum | cut -c 1-8)
@@ -35,7 +32,7 @@ LIBRARY_OBJECTS_$(1) = $$(LIBRARY_SOURCES:%.c=$(BUILD)/object/library-$(1)/%.o)
 $(BUILD)/object/library-$(1)/%.o: %.c tools/make/firmware.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1))'
-	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC -Ifirmware/boards/library $$(call warnings_for,$$<) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC -Ifirmware/boards/library $(STRICT) -c -o $$@ $$<
 
 # Linked beside its name and moved: whoever has the old library loaded keeps it.
 $(DIR_$(1))/libtauperp.so: $$(LIBRARY_OBJECTS_$(1))

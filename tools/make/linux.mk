@@ -14,7 +14,7 @@ LINUX_OBJECTS_$(1) = $$(LINUX_SOURCES:%.c=$(BUILD)/object/linux-$(1)/%.o)
 $(BUILD)/object/linux-$(1)/%.o: %.c tools/make/firmware.mk tools/make/linux.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< (linux, $(1))'
-	@$$(CC) $$(CFLAGS_ALL) $(2) $$(call warnings_for,$$<) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_ALL) $(2) $(STRICT) -c -o $$@ $$<
 
 $(3)/tauperp-guard: $$(LINUX_OBJECTS_$(1))
 	@mkdir -p $$(@D)

@@ -23,7 +23,7 @@ UNIT_PROGRAMS_$(1) = $$(UNIT_TESTS:tests/unit/%.c=$(BUILD)/unit/$(1)/%)
 $(BUILD)/object/unit-$(1)/%.o: %.c tools/make/firmware.mk tools/make/unit.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), sanitizers)'
-	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) $(SANITIZE) -Ifirmware/boards/library $$(call warnings_for,$$<) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) $(SANITIZE) -Ifirmware/boards/library $(STRICT) -c -o $$@ $$<
 
 $(BUILD)/unit/$(1)/%: tests/unit/%.c $$(UNIT_OBJECTS_$(1)) $(BUILD)/unity/unity.o
 	@mkdir -p $$(@D)
