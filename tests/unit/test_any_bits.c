@@ -1,0 +1,173 @@
+/* The core's functions given any bits at all, such as no frame can carry: every one of them comes to its end within its
+ * bounds, and says where there is no result. In float all exponents, subnormals, infinities and NaN; in Q9.22 every
+ * int32_t. */
+#include "core_fixture.h"
+#include "detector.h"
+#include "index.h"
+#include "motion.h"
+#include "observer.h"
+#include "robots.h"
+#include "subspace.h"
+
+static uint32_t random_bits(void) {
+    return (uint32_t)((random_one() + 1.0) * 2147483648.0);
+}
+
+/* One in three anything; else from where arithmetic has its edges, or an ordinary number. */
+static num_t any(void) {
+    const uint32_t choice = random_bits() >> 16;
+    num_t number;
+    uint32_t bits = random_bits();
+    if ((choice % 3u) == 1u) {
+#ifdef TAUPERP_FIXED
+        const uint32_t edges[] = {0u, 1u, 0xFFFFFFFFu, 0x7FFFFFFFu, 0x80000000u, 0x80000001u, 1u << (bits % 32u)};
+#else
+        const uint32_t edges[] = {0u,          0x80000000u, 1u,          0x007FFFFFu, 0x00800000u, 0x7F7FFFFFu,
+                                  0xFF7FFFFFu, 0x7F800000u, 0xFF800000u, 0x7FC00000u, 0x7F800001u, 0x5F7FFFFFu,
+                                  0x5F3504F3u, 0x1F800000u, 0x3F800000u, 0xBF800000u};
+#endif
+        bits = edges[(choice / 3u) % (sizeof(edges) / sizeof(edges[0]))];
+    } else if ((choice % 3u) == 2u) {
+        return num_of(4.0 * random_one());
+    } else {
+        /* as they are */
+    }
+    memcpy(&number, &bits, sizeof(number));
+    return number;
+}
+
+static void any_of(num_t to[], uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i) {
+        to[i] = any();
+    }
+}
+
+static bool all_finite(const num_t x[], uint32_t count) {
+    bool finite = true;
+    for (uint32_t i = 0; i < count; ++i) {
+        finite = finite && num_finite(x[i]);
+    }
+    return finite;
+}
+
+static bool all_below(const num_t x[], uint32_t count, num_t limit) {
+    bool below = true;
+    for (uint32_t i = 0; i < count; ++i) {
+        below = below && (num_abs(x[i]) < limit);
+    }
+    return below;
+}
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static void assert_within_bounds(const subspace_t *subspace) {
+    TEST_ASSERT_TRUE(subspace->sweeps <= SUBSPACE_MAX_SWEEPS);
+    TEST_ASSERT_TRUE(subspace->turns <= SUBSPACE_MAX_TURNS);
+    TEST_ASSERT_TRUE(subspace->rank <= subspace->directions);
+    TEST_ASSERT_TRUE(subspace->converged || (subspace->rank == 0u));
+}
+
+static void test_a_projection_ends_and_says_whether_it_is_one(void) {
+    static num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];
+    static subspace_t subspace;
+    random_start(91);
+    subspace_init(&subspace);
+    uint32_t converged = 0, refused = 0, within = 0;
+    for (int i = 0; i < DRAWS(100000); ++i) {
+        const uint32_t n = 1u + (random_bits() % ROBOT_MAX_JOINTS), k = random_bits() % (SUBSPACE_MAX_COLUMNS + 1u);
+        const uint32_t kinds = random_bits() % 8u; /* of a column: any bits, or ordinary */
+        memset(column, 0, sizeof(column));
+        for (uint32_t c = 0; c < k; ++c) {
+            for (uint32_t j = 0; j < n; ++j) {
+                column[c][j] = ((c % 4u) < kinds) ? any() : num_of(random_one());
+            }
+        }
+        subspace_step(&subspace, n, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, any());
+        assert_within_bounds(&subspace);
+        num_t tau[ROBOT_MAX_JOINTS] = {NUM(0)}, rejected[ROBOT_MAX_JOINTS];
+        any_of(tau, n);
+        subspace_reject(&subspace, tau, rejected);
+        bool finite = true, small = true;
+        for (uint32_t c = 0; c < k; ++c) {
+            finite = finite && all_finite(column[c], n);
+            small = small && all_below(column[c], n, NUM(64));
+        }
+        if (!finite) {
+            TEST_ASSERT_FALSE(subspace.converged);
+            TEST_ASSERT_EQUAL_MEMORY(tau, rejected, sizeof(tau)); /* nothing is explained */
+        }
+        if (small) { /* the precondition: then there is a result */
+            TEST_ASSERT_TRUE(subspace.converged);
+            TEST_ASSERT_TRUE(num_finite(subspace.smallest));
+            TEST_ASSERT_TRUE(all_finite(rejected, n) || !all_below(tau, n, NUM(500)));
+            ++within;
+        }
+        converged += subspace.converged ? 1u : 0u;
+        refused += subspace.converged ? 0u : 1u;
+    }
+    printf("%u projections, %u refused, %u within the precondition\n", (unsigned)converged, (unsigned)refused,
+           (unsigned)within);
+    TEST_ASSERT_TRUE(within > 0u);
+    TEST_ASSERT_TRUE(IF_FIXED(true, refused > 0u));
+}
+
+/* Motion, observer, index and detector on the same garbage, one tick after the other, as the guard runs them. */
+static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
+    static motion_t motion;
+    static observer_t observer;
+    static index_t index;
+    static detector_t detector;
+    const robot_t *const robot = &robot_ku_dex;
+    const uint32_t n = robot->joint_count;
+    const subspace_config_t subspace = {.basis = BASIS_FILTERED, .tolerance = NUM(0.005), .lever_m = NUM(0.1)};
+    task_config_t task = {.index = INDEX_PAYLOAD, .debounce_ticks = 1u};
+    observer_config_t gains = {.torque_sample = TORQUE_INTERVAL};
+    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
+        gains.decay[g] = NUM(0.95);
+        gains.gain[g] = NUM(0.05);
+        gains.momentum_gain[g] = NUM(50);
+    }
+    for (uint32_t j = 0; j < ROBOT_MAX_JOINTS; ++j) {
+        task.threshold_nm[j] = NUM(2);
+    }
+    random_start(92);
+    uint32_t marked = 0;
+    for (int i = 0; i < DRAWS(30000); ++i) {
+        if ((i % 10) == 0) {
+            motion_init(&motion);
+            observer_init(&observer);
+            index_init(&index);
+            detector_init(&detector);
+        }
+        num_t q[ROBOT_MAX_JOINTS] = {NUM(0)}, qd[ROBOT_MAX_JOINTS] = {NUM(0)}, tau[ROBOT_MAX_JOINTS] = {NUM(0)};
+        any_of(q, n);
+        any_of(qd, n);
+        any_of(tau, n);
+        const vec3_t acceleration = {any(), any(), any()};
+        const index_kind_t kind = (index_kind_t)(INDEX_RESIDUAL + random_bits() % 3u);
+        motion_step(&motion, robot, q, qd);
+        observer_step(&observer, &gains, n, &motion, tau, random_bits());
+        index_step(&index, &subspace, kind, robot, &motion, &observer, acceleration);
+        assert_within_bounds(&index.subspace);
+        detector_step(&detector, &task, n, index.value);
+        TEST_ASSERT_TRUE(detector.joint < n);
+        if (!all_finite(index.value, n)) {
+            TEST_ASSERT_TRUE(detector.any_above); /* what is no number is above every threshold */
+            TEST_ASSERT_TRUE(detector.tripped);
+        }
+        const bool lost = !all_finite(observer.residual, n) || !all_finite(index.value, n) || !index.subspace.converged;
+        const uint32_t saturations =
+            motion.saturations + observer.saturations + index.saturations + index.subspace.saturations;
+        marked += (lost || (saturations > 0u)) ? 1u : 0u;
+    }
+    printf("%u ticks marked\n", (unsigned)marked);
+    TEST_ASSERT_TRUE(marked > 0u);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_a_projection_ends_and_says_whether_it_is_one);
+    RUN_TEST(test_a_tick_on_any_bits_ends_and_leaves_a_mark);
+    return UNITY_END();
+}
