@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from emulator import BUILD, ROOT, run_to_end
 from recording import SYNC, TICK, RandomTicks, Recorder, record_experiment, record_random
+from worst_case import LIMITS
 
 from tauperp.config import Numeric
 from tauperp.robot import load
@@ -45,7 +46,7 @@ BUILDS: dict[Numeric, str] = {"float32": "float", "q9.22": "fixed"}
 def play(target: str, numeric: Numeric, recording: Path) -> tuple[int, list[str]]:
     """Exit code and the words that the image prints."""
     image = BUILD / f"playback-{target}-{BUILDS[numeric]}.elf"
-    assert image.exists(), "make playback-images"
+    assert image.exists(), "make counting-images"
     code, output = run_to_end(target, image, RUN_S, [str(recording.relative_to(ROOT))])
     return code, output.split()
 
@@ -62,6 +63,7 @@ def test_a_controller_comes_to_the_librarys_bits(name: str, numeric: Numeric, ta
     print(words)
     assert words[:2] == ["same", str(ticks)]
     assert code == 0
+    assert int(words[3]) <= LIMITS[target, BUILDS[numeric]][0]
 
 
 @pytest.mark.parametrize("target", ["m3", "r5f"])

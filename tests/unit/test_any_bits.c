@@ -1,51 +1,13 @@
 /* The core's functions given any bits at all, such as no frame can carry: every one of them comes to its end within its
  * bounds, and says where there is no result. In float all exponents, subnormals, infinities and NaN; in Q9.22 every
  * int32_t. */
-#include "core_fixture.h"
+#include "any_bits.h"
 #include "detector.h"
 #include "index.h"
 #include "motion.h"
 #include "observer.h"
 #include "robots.h"
 #include "subspace.h"
-
-static uint32_t random_bits(void) {
-    return (uint32_t)((random_one() + 1.0) * 2147483648.0);
-}
-
-/* One in three anything; else from where arithmetic has its edges, or an ordinary number. */
-static num_t any(void) {
-    const uint32_t choice = random_bits() >> 16;
-    num_t number;
-    uint32_t bits = random_bits();
-    if ((choice % 3u) == 1u) {
-#ifdef TAUPERP_FIXED
-        const uint32_t edges[] = {0u, 1u, 0xFFFFFFFFu, 0x7FFFFFFFu, 0x80000000u, 0x80000001u, 1u << (bits % 32u)};
-#else
-        const uint32_t edges[] = {0u,          0x80000000u, 1u,          0x007FFFFFu, 0x00800000u, 0x7F7FFFFFu,
-                                  0xFF7FFFFFu, 0x7F800000u, 0xFF800000u, 0x7FC00000u, 0x7F800001u, 0x5F7FFFFFu,
-                                  0x5F3504F3u, 0x1F800000u, 0x3F800000u, 0xBF800000u};
-#endif
-        bits = edges[(choice / 3u) % (sizeof(edges) / sizeof(edges[0]))];
-    } else if ((choice % 3u) == 2u) {
-        return num_of(4.0 * random_one());
-    } else {
-        /* as they are */
-    }
-    memcpy(&number, &bits, sizeof(number));
-    return number;
-}
-
-/* Its square fits into a float; the sum of a few squares may not. */
-static num_t huge(void) {
-    return IF_FIXED(num_of(500.0 * random_one()), num_of(ldexp(random_one(), 63)));
-}
-
-static void any_of(num_t to[], uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i) {
-        to[i] = any();
-    }
-}
 
 static bool all_finite(const num_t x[], uint32_t count) {
     bool finite = true;
@@ -81,13 +43,7 @@ static void test_a_projection_ends_and_says_whether_it_is_one(void) {
     uint32_t converged = 0, refused = 0, within = 0, sweeps = 0, turns = 0;
     for (int i = 0; i < DRAWS(100000); ++i) {
         const uint32_t n = 1u + (random_bits() % ROBOT_MAX_JOINTS), k = random_bits() % (SUBSPACE_MAX_COLUMNS + 1u);
-        const uint32_t kinds = random_bits() % 8u; /* of a column: any bits, or ordinary */
-        memset(column, 0, sizeof(column));
-        for (uint32_t c = 0; c < k; ++c) {
-            for (uint32_t j = 0; j < n; ++j) {
-                column[c][j] = (kinds == 7u) ? huge() : (((c % 4u) < kinds) ? any() : num_of(random_one()));
-            }
-        }
+        any_columns(column, SUBSPACE_MAX_COLUMNS, n, k);
         subspace_step(&subspace, n, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, any());
         assert_within_bounds(&subspace);
         num_t tau[ROBOT_MAX_JOINTS] = {NUM(0)}, rejected[ROBOT_MAX_JOINTS];

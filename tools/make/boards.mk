@@ -138,25 +138,30 @@ $(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call TARGET_U
 unit-images: $(foreach numeric,$(NUMERICS),$(TARGETS:%=unit-images-%-$(numeric)))
 .PHONY: unit-images
 
-# Images that hear a recording through the guard: build/target/playback-TARGET-NUMERIC.elf
+# Images that count and compare: build/target/playback-TARGET-NUMERIC.elf, build/target/worst-TARGET-NUMERIC.elf
 COUNTER_cortex_m := firmware/boards/cortex_m/counter.c
 COUNTER_versal_r5 := $(addprefix firmware/boards/versal_r5/,pmu.c counter.c)
-playback_objects = $(call unit_objects,$(1),$(2)) $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)/,$(addsuffix .o,$(basename \
-    tests/target/playback.c $(COUNTER_$(HOME_$(1))))))
+# $(call counting_objects,TARGET,NUMERIC,PROGRAM)
+counting_objects = $(call unit_objects,$(1),$(2)) $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)/,$(addsuffix .o,$(basename \
+    tests/target/$(3).c $(COUNTER_$(HOME_$(1))))))
+COUNTING := playback worst
 
-define PLAYBACK_RULES
-$(BUILD)/target/playback-$(1)-$(2).elf: $(call playback_objects,$(1),$(2)) firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld
+define COUNTING_RULES
+$(BUILD)/target/$(3)-$(1)-$(2).elf: $(call counting_objects,$(1),$(2),$(3)) firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld
 	@mkdir -p $$(@D)
 	@echo 'ld $$@'
 	@$(CROSS)gcc $(CPU_$(1)) $(LDFLAGS_TARGET) -T firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld -o $$@ \
-	    $(call playback_objects,$(1),$(2)) $(LIBRARIES)
+	    $(call counting_objects,$(1),$(2),$(3)) $(LIBRARIES)
 
--include $$(wildcard $(patsubst %.o,%.d,$(call playback_objects,$(1),$(2))))
+-include $$(wildcard $(patsubst %.o,%.d,$(call counting_objects,$(1),$(2),$(3))))
 endef
-$(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call PLAYBACK_RULES,$(target),$(numeric)))))
+$(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(foreach program,$(COUNTING),\
+    $(eval $(call COUNTING_RULES,$(target),$(numeric),$(program))))))
+$(BUILD)/object/%/tests/target/worst.o: CFLAGS_ALL += -Itests/unit -isystem $(BUILD)/unity
 
-playback-images: $(foreach numeric,$(NUMERICS),$(TARGETS:%=$(BUILD)/target/playback-%-$(numeric).elf))
-.PHONY: playback-images
+counting-images: $(foreach program,$(COUNTING),$(foreach numeric,$(NUMERICS),$(TARGETS:%=$(BUILD)/target/$(program)-%-$(numeric).elf)))
+.PHONY: counting-images
+$(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(BUILD)/object/$(target)-$(numeric)$(OPT)/tests/target/worst.o)): $(BUILD)/unity/unity.h
 
 # Images of the Versal board that provoke one fault each.
 FAULT_OBJECTS := $(addprefix $(BUILD)/object/r5f-float$(OPT)/firmware/boards/,common/log.o common/halt.o \

@@ -30,7 +30,7 @@ TARGET_BUS_TESTS := tests/target/test_versal_lockstep.py
 
 target-programs: library library-fixed venv
 	@if ! tools/toolbox qemu arm; then $(call skip,$@,the target tests: no emulator or ARM compiler); \
-	    else $(MAKE) -k -j $(JOBS) unit-images playback-images >/dev/null; $(call run_pytest,$@,-n $(JOBS) $(filter-out $(TARGET_BUS_TESTS),$(wildcard tests/target/test_*.py))); fi
+	    else $(MAKE) -k -j $(JOBS) unit-images counting-images >/dev/null; $(call run_pytest,$@,-n $(JOBS) $(filter-out $(TARGET_BUS_TESTS),$(wildcard tests/target/test_*.py))); fi
 
 target-bus: library library-fixed venv
 	@if ! tools/toolbox qemu arm; then $(call skip,$@,the experiments on the target: no emulator or ARM compiler); \

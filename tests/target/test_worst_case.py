@@ -1,0 +1,26 @@
+"""The cost of a projection has a bound that holds for any bits, and docs/guard.md tells it."""
+
+import pytest
+from emulator import BUILD, ROOT, run_to_end
+from worst_case import LIMITS
+
+
+@pytest.mark.parametrize(("target", "build"), LIMITS)
+def test_no_bits_make_a_projection_dearer_than_its_limit(target: str, build: str) -> None:
+    image = BUILD / f"worst-{target}-{build}.elf"
+    assert image.exists(), "make counting-images"
+    code, output = run_to_end(target, image)
+    stages, projection = map(int, output.split()[-2:])
+    print(output)
+    cycle_limit, projection_limit = LIMITS[target, build]
+    assert code == 0
+    assert 0 < stages <= cycle_limit
+    assert projection_limit / 4 < projection <= projection_limit  # a limit that says something
+
+
+def test_the_limits_are_the_documents() -> None:
+    text = (ROOT / "docs" / "guard.md").read_text()
+    for build, name in (("float", "float"), ("fixed", "Q9.22")):
+        for kind, which in (("cycle", 0), ("projection", 1)):
+            numbers = [f"{LIMITS[target, build][which]:,}" for target in ("m3", "m4f", "m7", "r5f")]
+            assert f"| {kind}, {name} | {' | '.join(numbers)} |" in text
