@@ -58,7 +58,7 @@ $(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.S tools/make/boards.mk
 endef
 $(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call OBJECT_RULES,$(target),$(numeric)))))
 
-# make firmware BOARD=versal_r5 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed] [LOCKSTEP=1]
+# make firmware BOARD=versal_r5 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed] [LOCKSTEP=1] [SILICON=1]
 BOARD ?= versal_r5
 NUMERIC ?= float
 BOARDS := versal_r5 stm32g4
@@ -66,10 +66,10 @@ TARGET_versal_r5 := r5f
 TARGET_stm32g4 := m4f
 COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c memory.c) firmware/boards/linux/lockstep.c
 LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
-FLAGS_LOCKSTEP := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP)
+FLAGS_BOARD := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP) $(if $(SILICON),-DTAUPERP_SILICON)
 # BLOCK=file: a block that was made already, instead of one of CONFIG and ROBOT.
-IMAGE = $(BUILD)/firmware/$(BOARD)-$(if $(filter default paper,$(CONFIG)),$(ROBOT),$(basename $(notdir $(CONFIG))))$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep).elf
-IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)
+IMAGE = $(BUILD)/firmware/$(BOARD)-$(if $(filter default paper,$(CONFIG)),$(ROBOT),$(basename $(notdir $(CONFIG))))$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep)$(if $(SILICON),-silicon).elf
+IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)$(if $(SILICON),-silicon)
 IMAGE_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(COMMON_SOURCES) \
     $(filter-out %/counter.c,$(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S))
 # A configuration of one's own names its robot, unless ROBOT is given as well.
@@ -97,7 +97,7 @@ $(IMAGE_BLOCK): $(if $(BLOCK),$(BLOCK),$(VENV_STAMP) dbc/tauperp.dbc) FORCE
 $(IMAGE_OBJECTS)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $(@D)
 	@echo 'cc $< ($(BOARD), $(NUMERIC))'
-	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) $(FLAGS_LOCKSTEP) $(call optimisation_of,$<,$(NUMERIC)) $(STRICT) -c -o $@ $<
+	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) $(FLAGS_BOARD) $(call optimisation_of,$<,$(NUMERIC)) $(STRICT) -c -o $@ $<
 
 $(IMAGE_OBJECTS)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $(@D)
@@ -165,7 +165,7 @@ $(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(BUILD)/object/$(targ
 
 # Images of the Versal board that provoke one fault each.
 FAULT_OBJECTS := $(addprefix $(BUILD)/object/r5f-float$(OPT)/firmware/boards/,common/log.o common/halt.o \
-    $(addprefix versal_r5/,startup.o mpu.o exceptions.o board.o pmu.o))
+    $(addprefix versal_r5/,startup.o mpu.o exceptions.o board.o outputs.o pmu.o))
 $(BUILD)/target/%.elf: tests/target/faults/provoke.c $(FAULT_OBJECTS) firmware/boards/versal_r5/versal_r5.ld
 	@mkdir -p $(@D)
 	@$(CROSS)gcc $(CPU_r5f) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(OPT) -Wno-infinite-recursion -DPROVOKE=$* $(LDFLAGS_TARGET) \

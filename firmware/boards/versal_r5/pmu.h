@@ -5,7 +5,11 @@
 
 #include <stdint.h>
 
-#define PMU_CYCLES_PER_US 1000u /* QEMU's R5F runs at 1 GHz; on silicon the RPU clock that the boot image sets */
+#ifdef TAUPERP_SILICON
+#define PMU_CYCLES_PER_US 600u /* the RPU clock, in MHz, that the boot image sets */
+#else
+#define PMU_CYCLES_PER_US 1000u /* QEMU's R5F runs at 1 GHz */
+#endif
 
 void pmu_init(void);
 uint32_t pmu_cycles(void);

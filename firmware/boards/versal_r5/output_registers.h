@@ -1,0 +1,54 @@
+/* output_registers: the LPD's GPIO and window watchdog, for the permission pin and the watchdog (AM012, Versal ACAP
+ * register reference: LPD_GPIO, LPD_WWDT).
+ *
+ * The code goes through these two functions. QEMU's Versal has neither device, and an access to a missing one faults: a
+ * build that is not for silicon has words in memory in their place, which nobody but this code reads. A test puts a
+ * model there. */
+#ifndef TAUPERP_VERSAL_R5_OUTPUT_REGISTERS_H
+#define TAUPERP_VERSAL_R5_OUTPUT_REGISTERS_H
+
+#include <stdint.h>
+
+enum {
+    GPIO_MASK_DATA_3_LSW = 0x018, /* bank 3 (EMIO 0 to 31), pins 0 to 15: bits to leave on top, levels below */
+    GPIO_DIRM_3 = 0x2C4,          /* 1: output */
+    GPIO_OEN_3 = 0x2C8,           /* 1: driven */
+    WWDT_MWR = 0x400,             /* from here on the watchdog's registers; bit 0: the others may be written */
+    WWDT_ESR = 0x404,
+    WWDT_FWR = 0x40C, /* first window, in which it must not be served, in counts */
+    WWDT_SWR = 0x410, /* second window, at the end of which it resets */
+    OUTPUT_WORDS = 0x414 / 4
+};
+
+enum {
+    WWDT_MWR_WRITABLE = 1u << 0,
+    WWDT_ESR_ENABLE = 1u << 0,
+    WWDT_ESR_SECOND = 1u << 8 /* reads: the second window; writing a one there serves */
+};
+
+#if defined(OUTPUT_MODEL)
+uint32_t output_read(uint32_t offset);
+void output_write(uint32_t offset, uint32_t value);
+#else
+#ifdef TAUPERP_SILICON
+#define LPD_GPIO 0xFF0B0000u
+#define LPD_WWDT 0xFF120000u
+static inline volatile uint32_t *output_word(uint32_t offset) {
+    const uint32_t wwdt = offset - (uint32_t)WWDT_MWR;
+    return (volatile uint32_t *)((offset < (uint32_t)WWDT_MWR) ? (LPD_GPIO + offset) : (LPD_WWDT + wwdt));
+}
+#else
+extern volatile uint32_t output_words[OUTPUT_WORDS];
+static inline volatile uint32_t *output_word(uint32_t offset) {
+    return &output_words[offset / 4u];
+}
+#endif
+static inline uint32_t output_read(uint32_t offset) {
+    return *output_word(offset);
+}
+static inline void output_write(uint32_t offset, uint32_t value) {
+    *output_word(offset) = value;
+}
+#endif
+
+#endif
