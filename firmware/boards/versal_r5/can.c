@@ -1,7 +1,7 @@
 /* The CAN FD controller 0 of the Versal low-power domain, polled: receive FIFO 0 of 64 frames, 32 transmit buffers. */
-#include "board.h"
+#include "../common/board.h"
+#include "canfd_registers.h"
 #include "protocol.h"
-#include "registers.h"
 
 /* From a CAN clock of 80 MHz. Arbitration 1 Mbit/s: 80 quanta, sample point 80 %. Data phase 5 Mbit/s: 16 quanta, 75 %.
  * Registers hold each value less one. */
@@ -24,27 +24,27 @@ static const uint8_t LENGTHS[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 3
 static bool stuck;
 
 static void set_filters(void) {
-    CAN_AFR = 0;
+    canfd_write(CAN_AFR, 0);
     for (uint32_t slot = 0; slot < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++slot) {
         /* Remote requests for these ids pass: the guard counts what is wrong with them. */
-        CAN_AFMR(slot) = (STANDARD_ID_MASK << ID_SHIFT) | CAN_ID_IDE;
-        CAN_AFIR(slot) = (uint32_t)protocol_receive[slot].id << ID_SHIFT;
+        canfd_write(CAN_AFMR(slot), (STANDARD_ID_MASK << ID_SHIFT) | CAN_ID_IDE);
+        canfd_write(CAN_AFIR(slot), (uint32_t)protocol_receive[slot].id << ID_SHIFT);
     }
-    CAN_AFR = (1u << PROTOCOL_RECEIVE_COUNT) - 1u;
+    canfd_write(CAN_AFR, (1u << PROTOCOL_RECEIVE_COUNT) - 1u);
 }
 
 void can_init(wire_format_t format) {
     (void)format; /* the controller takes both; frames of the wrong one are the guard's to refuse and count */
-    CAN_SRR = CAN_SRR_SRST;
-    CAN_SRR = 0;
-    CAN_BRPR = 0;
-    CAN_BTR = ((ARBITRATION_JUMP - 1u) << 16) | ((ARBITRATION_AFTER - 1u) << 8) | (ARBITRATION_BEFORE - 1u);
-    CAN_DPBRPR = CAN_DPBRPR_TDC | (DATA_DELAY_OFFSET << 8);
-    CAN_DPBTR = ((DATA_JUMP - 1u) << 16) | ((DATA_AFTER - 1u) << 8) | (DATA_BEFORE - 1u);
-    CAN_MSR = 0;
+    canfd_write(CAN_SRR, CAN_SRR_SRST);
+    canfd_write(CAN_SRR, 0);
+    canfd_write(CAN_BRPR, 0);
+    canfd_write(CAN_BTR, ((ARBITRATION_JUMP - 1u) << 16) | ((ARBITRATION_AFTER - 1u) << 8) | (ARBITRATION_BEFORE - 1u));
+    canfd_write(CAN_DPBRPR, CAN_DPBRPR_TDC | (DATA_DELAY_OFFSET << 8));
+    canfd_write(CAN_DPBTR, ((DATA_JUMP - 1u) << 16) | ((DATA_AFTER - 1u) << 8) | (DATA_BEFORE - 1u));
+    canfd_write(CAN_MSR, 0);
     set_filters();
-    CAN_ICR = UINT32_MAX;
-    CAN_SRR = CAN_SRR_CEN;
+    canfd_write(CAN_ICR, UINT32_MAX);
+    canfd_write(CAN_SRR, CAN_SRR_CEN);
 }
 
 static uint8_t flags_of(uint32_t id_word, uint32_t dlc_word) {
@@ -58,23 +58,23 @@ static uint8_t flags_of(uint32_t id_word, uint32_t dlc_word) {
 }
 
 bool can_receive(can_frame_t *frame) {
-    const uint32_t fifo = CAN_FSR;
+    const uint32_t fifo = canfd_read(CAN_FSR);
     if (((fifo >> FIFO_FILL_SHIFT) & FIFO_FILL) == 0u) {
         return false;
     }
     const uint32_t buffer = CAN_RX_BUFFER(fifo & FIFO_READ_INDEX);
-    const uint32_t id_word = REGISTER(buffer);
-    const uint32_t dlc_word = REGISTER(buffer + 4u);
+    const uint32_t id_word = canfd_read(buffer);
+    const uint32_t dlc_word = canfd_read(buffer + 4u);
     *frame = (can_frame_t){.id = id_word >> ID_SHIFT, .flags = flags_of(id_word, dlc_word)};
     frame->length = LENGTHS[dlc_word >> DLC_SHIFT];
     if (((frame->flags & CAN_FRAME_FD) == 0u) && (frame->length > CAN_FRAME_DATA_LENGTH)) {
         frame->length = CAN_FRAME_DATA_LENGTH; /* a classic frame of a DLC above 8 has 8 bytes (ISO 11898-1) */
     }
     for (uint32_t i = 0; (i < frame->length) && (i < CAN_FRAME_DATA_LENGTH); ++i) {
-        const uint32_t word = REGISTER(buffer + 8u + (i & ~3u));
+        const uint32_t word = canfd_read(buffer + 8u + (i & ~3u));
         frame->data[i] = (uint8_t)(word >> (24u - 8u * (i & 3u)));
     }
-    CAN_FSR = CAN_FSR_IRI;
+    canfd_write(CAN_FSR, CAN_FSR_IRI);
     return true;
 }
 
@@ -82,25 +82,25 @@ static void fill(uint32_t buffer, const can_frame_t *frame) {
     uint32_t dlc = (uint32_t)frame->length << DLC_SHIFT;
     dlc |= ((frame->flags & CAN_FRAME_FD) != 0u) ? (uint32_t)CAN_DLC_FDF : 0u;
     dlc |= ((frame->flags & CAN_FRAME_BRS) != 0u) ? (uint32_t)CAN_DLC_BRS : 0u;
-    REGISTER(buffer) = frame->id << ID_SHIFT;
-    REGISTER(buffer + 4u) = dlc;
+    canfd_write(buffer, frame->id << ID_SHIFT);
+    canfd_write(buffer + 4u, dlc);
     for (uint32_t i = 0; i < CAN_FRAME_DATA_LENGTH; i += 4u) {
-        REGISTER(buffer + 8u + i) = ((uint32_t)frame->data[i] << 24) | ((uint32_t)frame->data[i + 1u] << 16) |
-                                    ((uint32_t)frame->data[i + 2u] << 8) | (uint32_t)frame->data[i + 3u];
+        canfd_write(buffer + 8u + i, ((uint32_t)frame->data[i] << 24) | ((uint32_t)frame->data[i + 1u] << 16) |
+                                         ((uint32_t)frame->data[i + 2u] << 8) | (uint32_t)frame->data[i + 3u]);
     }
 }
 
 bool can_answer(const can_frame_t frames[], uint32_t count) {
-    const uint32_t pending = CAN_TRR;
+    const uint32_t pending = canfd_read(CAN_TRR);
     if (pending != 0u) {
-        CAN_TCR = pending;
+        canfd_write(CAN_TCR, pending);
         stuck = true;
     }
     /* A cancelled buffer is free when its bit has gone: until then the next ones are used. */
     uint32_t buffer = 0;
     bool all = true;
     for (uint32_t i = 0; i < count; ++i) {
-        const uint32_t busy = CAN_TRR;
+        const uint32_t busy = canfd_read(CAN_TRR);
         while ((buffer < 32u) && ((busy & (1u << buffer)) != 0u)) {
             ++buffer;
         }
@@ -110,23 +110,23 @@ bool can_answer(const can_frame_t frames[], uint32_t count) {
             break;
         }
         fill(CAN_TX_BUFFER(buffer), &frames[i]);
-        CAN_TRR = 1u << buffer;
+        canfd_write(CAN_TRR, 1u << buffer);
         ++buffer;
     }
     return all;
 }
 
 uint32_t can_faults(void) {
-    const uint32_t status = CAN_ISR;
+    const uint32_t status = canfd_read(CAN_ISR);
     uint32_t faults = stuck ? (uint32_t)CAN_FAULT_STUCK : 0u;
     stuck = false;
     if ((status & CAN_ISR_RXFOFLW) != 0u) {
-        CAN_ICR = CAN_ISR_RXFOFLW;
+        canfd_write(CAN_ICR, CAN_ISR_RXFOFLW);
         faults |= CAN_FAULT_OVERFLOW;
     }
     if ((status & CAN_ISR_BSOFF) != 0u) {
-        CAN_ICR = CAN_ISR_BSOFF;
-        CAN_MSR = CAN_MSR_SBR;
+        canfd_write(CAN_ICR, CAN_ISR_BSOFF);
+        canfd_write(CAN_MSR, CAN_MSR_SBR);
         faults |= CAN_FAULT_OFF;
     }
     return faults;
