@@ -1,0 +1,133 @@
+/* The guard's supervision of itself, and what its board tells it: late and dear ticks, time, flipped bits. */
+#include "guard_fixture.h"
+
+static bench_t bench;
+
+void setUp(void) {
+    start(&bench);
+}
+void tearDown(void) {}
+
+static void test_a_late_tick_is_a_fault_that_no_reset_ends(void) {
+    run_until_permitted(&bench);
+    bench.now_us += 5u * PERIOD_US;
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_TICK_LATE);
+    cycles(&bench, 200u);
+    ask_reset(&bench, bench.out.trip_number);
+    assert_fault(&bench, GUARD_REASON_TICK_LATE);
+    TEST_ASSERT_EQUAL(0, bench.out.stop_category);
+    TEST_ASSERT_EQUAL(GUARD_OK, guard_init(&bench.guard, &bench.config));
+    run_until_permitted(&bench);
+}
+
+static void test_a_tick_over_budget_is_a_fault(void) {
+    run_until_permitted(&bench);
+    guard_note_tick_time(&bench.guard, bench.config.tick_budget_us);
+    cycle(&bench);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+    guard_note_tick_time(&bench.guard, bench.config.tick_budget_us + 1u);
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_TICK_OVER_BUDGET);
+}
+
+static void test_time_going_backwards_is_a_fault(void) {
+    run_until_permitted(&bench);
+    bench.now_us -= 2u * PERIOD_US;
+    tick(&bench);
+    assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
+}
+
+static void test_a_reception_after_its_own_tick_is_a_fault(void) {
+    run_until_permitted(&bench);
+    next_cycle(&bench);
+    can_frame_t frame = sync_frame(&bench);
+    guard_receive(&bench.guard, &frame, bench.now_us + 1u);
+    tick(&bench);
+    assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
+}
+
+static void test_any_flipped_bit_of_the_configuration_is_a_fault_within_one_round(void) {
+    const uint32_t round = (uint32_t)(sizeof(guard_config_t) / CONFIG_WATCH_BYTES) + 2u;
+    for (uint32_t byte = 0; byte < sizeof(guard_config_t); byte += 3u) {
+        start(&bench);
+        run_until_permitted(&bench);
+        ((uint8_t *)&bench.config)[byte] ^= (uint8_t)(1u << (byte % 8u));
+        for (uint32_t i = 0; (i < 2u * round) && (bench.out.state != GUARD_STATE_FAULT); ++i) {
+            cycle(&bench);
+        }
+        TEST_ASSERT_EQUAL_MESSAGE(GUARD_STATE_FAULT, bench.out.state, "a flipped bit went unseen");
+    }
+}
+
+static void test_a_flipped_bit_of_the_state_is_a_fault(void) {
+    for (uint32_t bit = 0; bit < 32u; ++bit) {
+        start(&bench);
+        run_until_permitted(&bench);
+        bench.guard.state ^= 1u << bit;
+        cycle(&bench);
+        assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+    }
+}
+
+static void test_a_residual_that_is_no_number_is_a_fault(void) {
+    run_until_permitted(&bench);
+#ifdef TAUPERP_FIXED
+    bench.guard.observer.residual[4] = INT32_MIN; /* every pattern is a number there; the largest is a collision */
+    cycle(&bench);
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 5u);
+#else
+    bench.guard.observer.residual[4] = 0.0f / 0.0f;
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+#endif
+}
+
+static void test_what_the_board_tells_latches_from_any_running_state(void) {
+    cycle(&bench);
+    guard_trip(&bench.guard, GUARD_REASON_BUS_OFF);
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_BUS_OFF, 0u);
+    start(&bench);
+    run_until_permitted(&bench);
+    guard_trip(&bench.guard, GUARD_REASON_SHUTDOWN);
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_SHUTDOWN, 0u);
+    guard_trip(&bench.guard, GUARD_REASON_STATE_CORRUPT);
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+}
+
+static void test_a_guard_without_a_good_configuration_says_stop(void) {
+    bench.config.period_us = 0u;
+    TEST_ASSERT_EQUAL(GUARD_BAD_CRC, guard_init(&bench.guard, &bench.config));
+    cycles(&bench, 5u);
+    TEST_ASSERT_EQUAL(GUARD_STATE_UNINITIALISED, bench.out.state);
+    TEST_ASSERT_FALSE(bench.out.permitted);
+    TEST_ASSERT_EQUAL(0x010, bench.out.frame[0].id);
+    TEST_ASSERT_EQUAL_HEX8(0xF0, bench.out.frame[0].data[2]);
+}
+
+static void test_a_tick_before_the_last_one_is_a_fault(void) {
+    tick(&bench);
+    tick(&bench);
+    --bench.now_us;
+    tick(&bench);
+    assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_a_late_tick_is_a_fault_that_no_reset_ends);
+    RUN_TEST(test_a_tick_over_budget_is_a_fault);
+    RUN_TEST(test_time_going_backwards_is_a_fault);
+    RUN_TEST(test_a_reception_after_its_own_tick_is_a_fault);
+    RUN_TEST(test_any_flipped_bit_of_the_configuration_is_a_fault_within_one_round);
+    RUN_TEST(test_a_flipped_bit_of_the_state_is_a_fault);
+    RUN_TEST(test_a_residual_that_is_no_number_is_a_fault);
+    RUN_TEST(test_what_the_board_tells_latches_from_any_running_state);
+    RUN_TEST(test_a_guard_without_a_good_configuration_says_stop);
+    RUN_TEST(test_a_tick_before_the_last_one_is_a_fault);
+    return UNITY_END();
+}
