@@ -1,6 +1,8 @@
 """Images and the emulated controllers that run them."""
 
 import fcntl
+import os
+import socket
 import subprocess
 import threading
 from collections.abc import Sequence
@@ -49,15 +51,21 @@ def run_to_end(target: str, image: Path, timeout_s: float = 300, arguments: Sequ
 
 
 class Emulator:
-    """The Versal's R5F with an image that never ends, on a SocketCAN interface if one is named. A context manager."""
+    """The Versal's R5F with an image that never ends, on a SocketCAN interface if one is named. A context manager.
 
-    def __init__(self, image: Path, channel: str | None = None) -> None:
+    monitor   path of a socket to be made: QEMU's monitor, for `reset`
+    """
+
+    def __init__(self, image: Path, channel: str | None = None, monitor: Path | None = None) -> None:
         can = ["--can", channel] if channel else []
+        options = f"-monitor unix:{monitor},server=on,wait=off" if monitor else ""
+        self._monitor = monitor
         self._process = subprocess.Popen(
             [str(QEMU_RUN), *can, "r5f", str(image)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
+            env=os.environ | {"QEMU_OPTIONS": options},
         )
         self.lines: list[str] = []
         self._changed = threading.Condition()
@@ -75,6 +83,14 @@ class Emulator:
             line = found()
         assert line is not None, f"no {text!r} on the UART: {self.lines}"
         return line
+
+    def reset(self) -> None:
+        """As by the watchdog: memory stays as it is."""
+        with socket.socket(socket.AF_UNIX) as monitor:
+            monitor.connect(str(self._monitor))
+            monitor.recv(4096)  # its greeting
+            monitor.sendall(b"system_reset\n")
+            monitor.recv(4096)
 
     def __enter__(self) -> Self:
         return self

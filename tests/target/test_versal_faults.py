@@ -37,6 +37,18 @@ def test_an_exception_withdraws_the_permission_and_says_what_happened(provocatio
     assert not any("went on" in line for line in lines)
 
 
+def test_a_fault_is_recorded_over_the_reset_and_told_once_afterwards(tmp_path: Path) -> None:
+    with Emulator(image_of("undefined_instruction"), monitor=tmp_path / "monitor") as emulator:
+        fault = emulator.wait_for("fault:")
+        assert not any("before this start" in line for line in emulator.lines)
+        emulator.reset()
+        told = emulator.wait_for("before this start:")
+        assert told.removeprefix("before this start: ") == fault.removeprefix("fault: ")
+        time.sleep(0.5)
+        assert sum("before this start" in line for line in emulator.lines) == 1
+        assert emulator.lines.count("permission") == 2
+
+
 def test_a_stack_overflow_is_caught_in_the_guard_below_the_stack() -> None:
     with Emulator(image_of("stack_overflow")) as emulator:
         words = emulator.wait_for("fault:").split()
