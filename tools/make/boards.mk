@@ -64,7 +64,7 @@ NUMERIC ?= float
 BOARDS := versal_r5 stm32g4
 TARGET_versal_r5 := r5f
 TARGET_stm32g4 := m4f
-COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c memory.c) firmware/boards/linux/lockstep.c
+COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c lockstep.c log.c halt.c memory.c)
 LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
 FLAGS_BOARD := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP) $(if $(SILICON),-DTAUPERP_SILICON)
 # BLOCK=file: a block that was made already, instead of one of CONFIG and ROBOT.
@@ -126,7 +126,7 @@ define TARGET_UNIT_RULES
 $(BUILD)/unit/$(1)-$(2)/%: tests/unit/%.c $(call unit_objects,$(1),$(2)) $(BUILD)/unity/unity.h
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
-	@$(CROSS)gcc $(CPU_$(1)) $$(filter-out -ffreestanding,$$(CFLAGS_TARGET)) $(FLAGS_$(2)) $(OPT) -DSPARSER=20 -MF $$@.d -Itests/unit \
+	@$(CROSS)gcc $(CPU_$(1)) $$(filter-out -ffreestanding,$$(CFLAGS_TARGET)) $(FLAGS_$(2)) $(OPT) -DSPARSER=20 -DUNITY_SUPPORT_64 -MF $$@.d -Itests/unit \
 	    -isystem $(BUILD)/unity -w $(LDFLAGS_TARGET) -T firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld -o $$@ \
 	    $$< $(BUILD)/unity/unity.c $(call unit_objects,$(1),$(2)) $(LIBRARIES)
 

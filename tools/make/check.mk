@@ -41,7 +41,7 @@ lint: ## strict builds by gcc and clang, formatting, ruff, mypy
 	@tools/gates lint lint-gcc lint-clang lint-format lint-python lint-types
 
 # Every C file that a host compiler can build, with every warning an error.
-STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/boards/linux/*.c)
+STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/boards/linux/*.c) firmware/boards/common/lockstep.c
 define STRICT_RULES
 STRICT_OBJECTS_$(1) = $$(foreach numeric,$(NUMERICS),$$(STRICT_SOURCES:%.c=$(BUILD)/object/lint-$(1)-$$(numeric)/%.o))
 -include $$(STRICT_OBJECTS_$(1):.o=.d)
@@ -49,7 +49,7 @@ endef
 define STRICT_OBJECT_RULES
 $(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk
 	@mkdir -p $$(@D)
-	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 -Ifirmware/boards/library $(STRICT) -c -o $$@ $$<
+	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 -Ifirmware/boards/library -Ifirmware/boards/common $(STRICT) -c -o $$@ $$<
 endef
 $(foreach compiler,gcc clang,$(eval $(call STRICT_RULES,$(compiler))))
 $(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,gcc,gcc,$(numeric)))\

@@ -1,5 +1,6 @@
 # The guard as a process on SocketCAN: build/tauperp-guard, in fixed point, and under the sanitizers for its tests.
-LINUX_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(wildcard firmware/boards/linux/*.c)
+LINUX_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(wildcard firmware/boards/linux/*.c) \
+    firmware/boards/common/lockstep.c
 
 .PHONY: guard guard-fixed guard-sanitized
 
@@ -14,7 +15,7 @@ LINUX_OBJECTS_$(1) = $$(LINUX_SOURCES:%.c=$(BUILD)/object/linux-$(1)/%.o)
 $(BUILD)/object/linux-$(1)/%.o: %.c tools/make/firmware.mk tools/make/linux.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< (linux, $(1))'
-	@$$(CC) $$(CFLAGS_ALL) $(2) $(STRICT) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_ALL) -Ifirmware/boards/common $(2) $(STRICT) -c -o $$@ $$<
 
 $(3)/tauperp-guard: $$(LINUX_OBJECTS_$(1))
 	@mkdir -p $$(@D)

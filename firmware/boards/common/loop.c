@@ -6,7 +6,7 @@
 #include "log.h"
 
 #ifdef TAUPERP_LOCKSTEP
-#include "../linux/lockstep.h"
+#include "lockstep.h"
 static lockstep_t lockstep;
 #endif
 

@@ -13,8 +13,8 @@
  *      gets its tick. Then nothing until the next frame: a silent bus has no time.
  * A library that is driven in lockstep (frames of cycle k at k x period, then the tick) makes the same calls.
  */
-#ifndef TAUPERP_LINUX_LOCKSTEP_H
-#define TAUPERP_LINUX_LOCKSTEP_H
+#ifndef TAUPERP_LOCKSTEP_H
+#define TAUPERP_LOCKSTEP_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,5 +1,5 @@
-/* Guard time as bus time: firmware/boards/linux/lockstep.h. */
-#include "../../firmware/boards/linux/lockstep.c"
+/* Guard time as bus time: firmware/boards/common/lockstep.h. */
+#include "../../firmware/boards/common/lockstep.c"
 
 #include "unity.h"
 
