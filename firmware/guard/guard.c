@@ -17,8 +17,10 @@ static bool ends_in_fault(guard_reason_t reason) {
            (reason == GUARD_REASON_TIME_BACKWARDS);
 }
 
-static bool told_by_board(guard_reason_t reason) {
-    return (reason >= GUARD_REASON_BUS_OFF) && (reason <= GUARD_REASON_SHUTDOWN);
+/* What is wrong with the bus or the board, and not with an input that may still come. */
+static bool latches_while_waiting(guard_reason_t reason) {
+    return ((reason >= GUARD_REASON_BUS_OFF) && (reason <= GUARD_REASON_SHUTDOWN)) ||
+           (reason == GUARD_REASON_ANOTHER_GUARD);
 }
 
 static void enter(guard_t *self, guard_state_t state) {
@@ -205,7 +207,7 @@ static bool healthy_for_long_enough(const guard_t *self, uint64_t now_us) {
 static void while_waiting(guard_t *self, input_t missing, uint64_t now_us) {
     const guard_reason_t fault = (guard_reason_t)self->inputs.fault;
     const bool usable = (missing == INPUT_NONE) && (self->inputs.fault == 0u);
-    if (told_by_board(fault)) {
+    if (latches_while_waiting(fault)) {
         trip(self, GUARD_STATE_STOPPED, fault, 0u);
     } else if (usable && self->detector.tripped) {
         trip(self, GUARD_STATE_STOPPED, GUARD_REASON_COLLISION, self->detector.joint + 1u);

@@ -13,14 +13,16 @@
  *   - the index in force above its threshold for its debounce: COLLISION, with joint, value and threshold;
  *   - an input older than its deadline, a joint that reports a sensor fault, a value out of its range, a task that is
  *     invalid or not configured. One frame that is lost, repeated, late or fails its CRC is dropped and counted, and
- *     ends the permission only when nothing good arrives before the deadline.
- * Both latch as STOPPED with a new trip number. It ends on a GuardReset that names the trip number, as an edge of
+ *     ends the permission only when nothing good arrives before the deadline;
+ *   - a StopCommand on the bus, right or wrong: ANOTHER_GUARD, in WAITING too. A robot cannot tell the answers of two
+ *     guards apart, the counters of both pass its E2E check now and then; so neither may permit anything.
+ * All latch as STOPPED with a new trip number. It ends on a GuardReset that names the trip number, as an edge of
  * Request from 0 to 1 (both in accepted frames, after the trip), when every input has been good and the index below
  * its thresholds for reset_healthy_us; a request that comes earlier or names another trip is refused and counted.
  *   - a failed self-check: corrupt configuration or state, a tick late or over budget, a stage that did not run, time
  *     going backwards: FAULT, until the next guard_init.
  *
- * A board calls guard_receive for each frame in the order of reception, guard_tick once a cycle (as soon as
+ * A board calls guard_receive for each frame of others in the order of reception, guard_tick once a cycle (as soon as
  * guard_cycle_complete says so, and no later than the tick deadline), sends what the tick put out, and tells how long
  * it took by guard_note_tick_time. One guard_t is used by one thread. now_us is any monotonic clock.
  *
@@ -75,7 +77,8 @@ typedef enum {
     GUARD_REASON_SHUTDOWN = 22,
     GUARD_REASON_TIME_BACKWARDS = 23, /* FAULT */
     GUARD_REASON_SATURATED = 24,      /* a fixed-point result did not fit: STOPPED */
-    GUARD_REASON_SETTLING = 25        /* waiting: every input is good, but not for long enough yet */
+    GUARD_REASON_SETTLING = 25,       /* waiting: every input is good, but not for long enough yet */
+    GUARD_REASON_ANOTHER_GUARD = 26   /* a StopCommand came in: another guard answers on this bus */
 } guard_reason_t;
 
 /* What the environment did wrong since guard_init. Each saturates at its maximum. */

@@ -3,12 +3,16 @@
 #include "scale.h"
 
 /* Where a frame goes wrong, the tick hears of it: the first fault since the last tick is the one that is reported. */
-static void fault(guard_t *self, guard_reason_t reason, uint32_t joint) {
-    count(&self->counters.range_errors, 1u);
+static void note(guard_t *self, guard_reason_t reason, uint32_t joint) {
     if (self->inputs.fault == 0u) {
         self->inputs.fault = (uint32_t)reason;
         self->inputs.fault_joint = (uint8_t)joint;
     }
+}
+
+static void fault(guard_t *self, guard_reason_t reason, uint32_t joint) {
+    count(&self->counters.range_errors, 1u);
+    note(self, reason, joint);
 }
 
 static void good(guard_input_t *input, uint64_t now_us) {
@@ -122,12 +126,21 @@ static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     return e2e_accepts(status);
 }
 
+/* Whatever is in it: this guard's own do not come back to it. */
+static bool is_stop_command(const can_frame_t *frame) {
+    return (frame->id == protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id) &&
+           ((frame->flags & (uint8_t)CAN_FRAME_EXTENDED) == 0u);
+}
+
 void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
     if (self->config == 0) {
         return;
     }
     const uint32_t slot = protocol_slot(frame->id);
     if (slot >= (uint32_t)PROTOCOL_RECEIVE_COUNT) {
+        if (is_stop_command(frame)) {
+            note(self, GUARD_REASON_ANOTHER_GUARD, 0u);
+        }
         count(&self->counters.format_errors, 1u);
         return;
     }

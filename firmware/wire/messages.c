@@ -210,12 +210,12 @@ bool tauperp_stop_command_cycle_is_in_phys_range(float value)
 
 bool tauperp_stop_command_reason_is_in_range(uint8_t value)
 {
-    return (value <= 25u);
+    return (value <= 26u);
 }
 
 bool tauperp_stop_command_reason_is_in_phys_range(float value)
 {
-    return ((value >= 0.0f) && (value <= 25.0f));
+    return ((value >= 0.0f) && (value <= 26.0f));
 }
 
 bool tauperp_stop_command_trip_number_is_in_range(uint8_t value)
@@ -800,12 +800,12 @@ bool tauperp_guard_status_numeric_is_in_phys_range(float value)
 
 bool tauperp_guard_status_reason_is_in_range(uint8_t value)
 {
-    return (value <= 25u);
+    return (value <= 26u);
 }
 
 bool tauperp_guard_status_reason_is_in_phys_range(float value)
 {
-    return ((value >= 0.0f) && (value <= 25.0f));
+    return ((value >= 0.0f) && (value <= 26.0f));
 }
 
 bool tauperp_guard_status_format_is_in_range(uint8_t value)

@@ -117,6 +117,7 @@ extern "C" {
 #define TAUPERP_STOP_COMMAND_REASON_TIME_BACKWARDS_CHOICE (23u)
 #define TAUPERP_STOP_COMMAND_REASON_SATURATED_CHOICE (24u)
 #define TAUPERP_STOP_COMMAND_REASON_SETTLING_CHOICE (25u)
+#define TAUPERP_STOP_COMMAND_REASON_ANOTHER_GUARD_CHOICE (26u)
 
 #define TAUPERP_GUARD_RESET_REQUEST_IDLE_CHOICE (0u)
 #define TAUPERP_GUARD_RESET_REQUEST_RESET_CHOICE (1u)
@@ -173,6 +174,7 @@ extern "C" {
 #define TAUPERP_GUARD_STATUS_REASON_TIME_BACKWARDS_CHOICE (23u)
 #define TAUPERP_GUARD_STATUS_REASON_SATURATED_CHOICE (24u)
 #define TAUPERP_GUARD_STATUS_REASON_SETTLING_CHOICE (25u)
+#define TAUPERP_GUARD_STATUS_REASON_ANOTHER_GUARD_CHOICE (26u)
 
 #define TAUPERP_GUARD_STATUS_FORMAT_UNINITIALISED_CHOICE (0u)
 #define TAUPERP_GUARD_STATUS_FORMAT_CLASSIC_CHOICE (1u)
@@ -325,7 +327,7 @@ struct tauperp_stop_command_t {
     /**
      * Why motion is not permitted, or None; append-only.
      *
-     * Range: 0..25 (0..25 -)
+     * Range: 0..26 (0..26 -)
      * Scale: 1
      * Offset: 0
      */
@@ -676,7 +678,7 @@ struct tauperp_guard_status_t {
     /**
      * Why motion is not permitted, or None; append-only.
      *
-     * Range: 0..25 (0..25 -)
+     * Range: 0..26 (0..26 -)
      * Scale: 1
      * Offset: 0
      */

@@ -9,11 +9,12 @@
  * says:
  *   - a frame is refused and moves exactly one counter, or it is what the robot sent and moves none;
  *   - motion is permitted only while intact readings of one whole cycle, Sync and task are within their deadlines;
- *   - it is never permitted on a tick that took in a sensor fault or a value out of range;
+ *   - it is never permitted on a tick that took in a sensor fault, a value out of range or a StopCommand;
  *   - after a stop it is not permitted again without a reset that named the trip;
  *   - a push of 5 Nm ends it while it lasts.
- * Corruption is of 1 to 3 bits, which the CRC always finds; an inserted frame whose CRC is right by chance is no fault
- * that any check could see, and is not inserted. Exit 1 at the first breach. Prints one JSON object.
+ * Corruption is of 1 to 3 bits. The CRC finds all of it outside the counter; a flipped counter bit picks another data
+ * id as well, and then about one in 1,400 is right by chance. What is right by chance, corrupted or inserted, is no
+ * fault that any check could see, and is drawn anew. Exit 1 at the first breach. Prints one JSON object.
  */
 #include <inttypes.h>
 #include <stdio.h>
@@ -82,7 +83,7 @@ typedef struct {
     uint64_t good_sync, good_joints, good_task; /* the newest cycle of each, plus one; 0: none */
     uint32_t joints_in;                         /* bit per joint of the cycle under way */
     bool sync_in;
-    bool bad_value; /* a sensor fault or a value out of range got past the E2E check in this cycle */
+    bool bad_value; /* a sensor fault or a value out of range got past the E2E check in this cycle, or a StopCommand */
 
     bool was_permitted;
     bool stopped;    /* since permission ended */
@@ -187,8 +188,8 @@ static void put(soak_t *self, sent_t sent) {
     }
 }
 
-static void corrupt(soak_t *self, sent_t *sent) {
-    const uint32_t bits = 8u * sent->frame.length;
+static void flip_bits(soak_t *self, can_frame_t *frame) {
+    const uint32_t bits = 8u * frame->length;
     uint32_t place[3];
     for (uint32_t i = 0, count = 1u + draw(self, 3u); i < count; i++) {
         bool again = true;
@@ -199,8 +200,16 @@ static void corrupt(soak_t *self, sent_t *sent) {
                 again = again || (place[j] == place[i]);
             }
         }
-        sent->frame.data[place[i] / 8u] ^= (uint8_t)(1u << (place[i] % 8u));
+        frame->data[place[i] / 8u] ^= (uint8_t)(1u << (place[i] % 8u));
     }
+}
+
+static void corrupt(soak_t *self, sent_t *sent) {
+    const can_frame_t intact = sent->frame;
+    do {
+        sent->frame = intact;
+        flip_bits(self, &sent->frame);
+    } while (crc_holds(&sent->frame));
     sent->genuine = false;
 }
 
@@ -351,7 +360,9 @@ static void account(soak_t *self, const sent_t *sent, const guard_counters_t *be
     if ((moved == 0u) && !sent->genuine) {
         breach(self, "a frame was taken that the robot did not send so", sent);
     }
-    self->bad_value = self->bad_value || (range > 0u);
+    const bool stop_command = (sent->frame.id == protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id) &&
+                              ((sent->frame.flags & (uint8_t)CAN_FRAME_EXTENDED) == 0u);
+    self->bad_value = self->bad_value || (range > 0u) || stop_command;
 }
 
 /* What the robot knows: intact frames in the order that they got there. */
@@ -406,7 +417,7 @@ static void judge(soak_t *self) {
         breach(self, "permitted without a task", NULL);
     }
     if (permitted && self->bad_value) {
-        breach(self, "permitted on a sensor fault or a value out of range", NULL);
+        breach(self, "permitted on a sensor fault, a value out of range or another guard's StopCommand", NULL);
     }
     if (permitted && self->stopped && !self->reset_sent) {
         breach(self, "permitted after a stop without a reset", NULL);

@@ -53,13 +53,14 @@ direction = [0.0, -1.0, 0.0]
 part = "forearm"
 """
 PERIOD_S, PERIOD_US = 0.002, 2000
-SYNC = 0x020
+SYNC, STOP_COMMAND = 0x020, 0x010
 
 
 class GuardThread(threading.Thread):
     """The library's guard in lockstep on a virtual bus, as somebody else would run it.
 
-    `mute_from`, `restart_at` are cycles; `delays_s` are slept before the answer to a cycle.
+    `mute_from`, `restart_at` are cycles; `delays_s` are slept before the answer to a cycle. One that is `alone` does
+    not hear what other guards say.
     """
 
     def __init__(
@@ -69,6 +70,7 @@ class GuardThread(threading.Thread):
         mute_from: int | None = None,
         restart_at: int | None = None,
         delays_s: dict[int, float] | None = None,
+        alone: bool = False,
     ) -> None:
         super().__init__(daemon=True)
         self.bus = virtual()
@@ -76,7 +78,9 @@ class GuardThread(threading.Thread):
         self._guard = Guard(self._block)
         self._mute_from, self._restart_at = mute_from, restart_at
         self._delays_s = delays_s or {}
+        self._alone = alone
         self._ended = threading.Event()
+        self.permits = 0
 
     def __enter__(self) -> "GuardThread":
         self.start()
@@ -96,13 +100,15 @@ class GuardThread(threading.Thread):
                 cycle = int(wire.message("Sync").decode(frame.data)["Cycle"])
                 if cycle == self._restart_at:
                     guard, first = Guard(self._block), cycle
-            if frame is not None:
+            if frame is not None and not (self._alone and frame.arbitration_id == STOP_COMMAND):
                 guard.receive(frame, cycle * PERIOD_US)
             # The first frames of all are a reference, so they complete no cycle: silence does.
             if guard.cycle_complete() or (frame is None and cycle == first):
                 first = -2
                 time.sleep(self._delays_s.get(cycle, 0.0))
-                for answer in guard.tick(cycle * PERIOD_US).frames:
+                verdict = guard.tick(cycle * PERIOD_US)
+                self.permits += verdict.permitted
+                for answer in verdict.frames:
                     if self._mute_from is None or cycle < self._mute_from:
                         self.bus.send(answer)
 
@@ -214,12 +220,51 @@ def test_a_guard_that_starts_anew_in_the_middle_is_not_obeyed(scenario: Scenario
 
 def test_two_guards_are_not_obeyed(scenario: Scenario) -> None:
     """Each alone would permit: of two, the robot could only believe one."""
-    with GuardThread(scenario.configuration), GuardThread(scenario.configuration):
+    with GuardThread(scenario.configuration, alone=True), GuardThread(scenario.configuration, alone=True):
         outcome = against_bus(scenario)
     assert outcome.report["ended"].endswith("two guards answer: StopCommands come with two counters")
     assert len(outcome.trace.time_s) < 100
     assert not outcome.trace.permitted.any()
     assert not outcome.passed
+
+
+def test_two_guards_that_hear_each_other_do_not_permit_either(scenario: Scenario) -> None:
+    with GuardThread(scenario.configuration) as one, GuardThread(scenario.configuration) as other:
+        against_bus(scenario)
+    assert [guard.permits for guard in (one, other)] == [0, 0]
+
+
+def test_two_nodes_of_tauperp_guard_each_say_that_there_is_another(tmp_path: Path) -> None:
+    """On a bus that gives every node its own frames back as well."""
+    settings = tmp_path / "slow.toml"
+    settings.write_text(
+        'robot = "ku_dex"\n[wire]\nrate_hz = 20\n[observer]\ngain_per_s = 10\n[reset]\nhealthy_ms = 200\n'
+    )
+    command = [*COMMAND, "guard", str(settings), "--json", "--interface", "udp_multicast", "--channel", MULTICAST]
+    command += ["--bus-kwargs", "port=43114"]
+    logs = [tmp_path / "first.jsonl", tmp_path / "second.jsonl"]
+    guards: list[subprocess.Popen[bytes]] = []
+
+    def told(log: Path, word: str) -> bool:
+        end_s = time.monotonic() + 60
+        while word not in log.read_text() and time.monotonic() < end_s:
+            time.sleep(0.05)
+        return word in log.read_text()
+
+    try:
+        for log in logs:
+            with log.open("wb") as out:
+                guards.append(subprocess.Popen(command, stdout=out))
+            assert told(log, "STOPPED" if guards[1:] else "WAITING")
+            if not guards[1:]:
+                time.sleep(0.5)  # of its own frames
+                assert "STOPPED" not in log.read_text()
+        assert told(logs[0], "ANOTHER_GUARD")
+        assert told(logs[1], "ANOTHER_GUARD")
+    finally:
+        for guard in guards:
+            guard.terminate()
+            guard.wait(60)
 
 
 def test_without_a_guard_nothing_is_run(scenario: Scenario) -> None:

@@ -143,14 +143,55 @@ static void test_a_wrong_length_is_refused(void) {
     }
 }
 
+#define STOP_COMMAND 0x010u
+
 static void test_an_unknown_id_is_refused_and_harms_nothing(void) {
     for (uint32_t id = 0; id < 0x900u; ++id) {
-        if (protocol_slot(id) == (uint32_t)PROTOCOL_RECEIVE_COUNT) {
+        if ((protocol_slot(id) == (uint32_t)PROTOCOL_RECEIVE_COUNT) && (id != STOP_COMMAND)) {
             const guard_counters_t before = counters();
             receive(&bench, (can_frame_t){.id = id, .length = 8u});
             assert_only(before, (guard_counters_t){.format_errors = 1});
         }
     }
+    cycle(&bench);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+}
+
+static void test_a_stop_command_of_another_guard_ends_the_permission_at_once(void) {
+    for (uint8_t length = 0; length <= 8u; length += 8u) {
+        start(&bench);
+        run_until_permitted(&bench);
+        const guard_counters_t before = counters();
+        receive(&bench, (can_frame_t){.id = STOP_COMMAND, .length = length});
+        assert_only(before, (guard_counters_t){.format_errors = 1});
+        cycle(&bench);
+        assert_stopped(&bench, GUARD_REASON_ANOTHER_GUARD, 0u);
+        TEST_ASSERT_EQUAL(bench.config.stop_input, bench.out.stop_category);
+        cycles(&bench, 30u);
+        assert_stopped(&bench, GUARD_REASON_ANOTHER_GUARD, 0u);
+        ask_reset(&bench, bench.out.trip_number);
+        TEST_ASSERT_TRUE(bench.out.permitted);
+    }
+}
+
+static void test_two_guards_permit_nothing_from_the_start_and_no_reset_helps(void) {
+    start(&bench);
+    for (uint32_t i = 0; i < 100u; ++i) {
+        cycle(&bench);
+        TEST_ASSERT_FALSE(bench.out.permitted);
+        receive(&bench, (can_frame_t){.id = STOP_COMMAND, .length = 8u});
+        if ((i % 4u) == 3u) {
+            ask_reset(&bench, bench.out.trip_number);
+            TEST_ASSERT_FALSE(bench.out.permitted);
+        }
+    }
+    assert_stopped(&bench, GUARD_REASON_ANOTHER_GUARD, 0u);
+    TEST_ASSERT_EQUAL(1, bench.out.trip_number);
+}
+
+static void test_an_extended_id_is_not_the_one_of_a_stop_command(void) {
+    run_until_permitted(&bench);
+    receive(&bench, (can_frame_t){.id = STOP_COMMAND, .length = 8u, .flags = CAN_FRAME_EXTENDED});
     cycle(&bench);
     TEST_ASSERT_TRUE(bench.out.permitted);
 }
@@ -338,6 +379,9 @@ int main(void) {
     RUN_TEST(test_a_lost_sync_costs_its_cycle_and_no_more);
     RUN_TEST(test_a_wrong_length_is_refused);
     RUN_TEST(test_an_unknown_id_is_refused_and_harms_nothing);
+    RUN_TEST(test_a_stop_command_of_another_guard_ends_the_permission_at_once);
+    RUN_TEST(test_two_guards_permit_nothing_from_the_start_and_no_reset_helps);
+    RUN_TEST(test_an_extended_id_is_not_the_one_of_a_stop_command);
     RUN_TEST(test_a_joint_that_the_robot_does_not_have_is_refused);
     RUN_TEST(test_another_frame_format_is_refused);
     RUN_TEST(test_a_frame_sealed_for_another_message_is_refused);

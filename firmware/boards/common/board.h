@@ -24,7 +24,8 @@ void board_init(void); /* everything below, except the controller; the pin is lo
 
 uint64_t clock_us(void); /* since start-up; must be called at least every 4 s */
 
-void can_init(wire_format_t format); /* filters for what protocol_receive lists, and joins the bus */
+void can_init(
+    wire_format_t format); /* filters for what protocol_receive lists and for StopCommand, and joins the bus */
 bool can_receive(can_frame_t *frame);
 /* Takes back whatever of the last answer has not gone out yet, then sends these: an old permission is never sent late.
  * True if the controller took all of them. */

@@ -169,13 +169,12 @@ static void answer(loop_t *self, uint64_t frame_us, uint64_t read_us) {
 
 /* --- frames ------------------------------------------------------------------------------------------------------- */
 
-/* A robot cannot tell the answers of two guards apart: the counters of both pass its E2E check now and then. So neither
- * may permit anything. Frames that this process sends do not come back to it. */
+/* The guard itself withdraws the permission (ANOTHER_GUARD); here it does so at once, and is told. Frames that this
+ * process sends do not come back to it. */
 static void look_for_company(loop_t *self, const can_frame_t *frame, uint64_t now_us) {
     if (frame->id != protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id) {
         return;
     }
-    guard_trip(&self->guard, GUARD_REASON_BUS_DOWN);
     self->urgent = self->urgent || self->out.permitted;
     if (!self->told_company) {
         self->told_company = true;

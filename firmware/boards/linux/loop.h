@@ -8,7 +8,7 @@
  *   bus-off: BUS_OFF; the interface is down or gone, the controller's transmission times out, or the kernel does not
  *   take a StopCommand (its queue is full, so older ones are stuck in it): BUS_DOWN; the socket or the controller lost
  *   frames: RX_OVERFLOW. Before anything has been permitted there is nothing to end, and these are only told.
- *   Another guard's StopCommand: BUS_DOWN in any state, and no reset as long as more of them come.
+ *   Another guard's StopCommand: ANOTHER_GUARD (guard.h), at once.
  * An interface that comes back, or that is removed and made again under its name, is taken up again by itself; the trip
  * stays latched as any other.
  */

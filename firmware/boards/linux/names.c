@@ -10,7 +10,7 @@ static const char *const REASONS[] = {
     "Uninitialised",  "None",          "SelfTest",      "WaitingSync",    "WaitingJoint", "WaitingTask", "Collision",
     "SyncTimeout",    "JointTimeout",  "TaskTimeout",   "TaskInvalid",    "SensorStatus", "InputRange",  "TickLate",
     "TickOverBudget", "ConfigCorrupt", "StateCorrupt",  "SelfTestFailed", "StageMissed",  "BusOff",      "BusDown",
-    "RxOverflow",     "Shutdown",      "TimeBackwards", "Saturated",      "Settling"};
+    "RxOverflow",     "Shutdown",      "TimeBackwards", "Saturated",      "Settling",     "AnotherGuard"};
 static const char *const TASKS[] = {"Invalid", "None", "Payload", "Contact"};
 
 static const char *pick(const char *const *names, size_t count, uint32_t number) {

@@ -1,5 +1,6 @@
-/* FDCAN1, polled. What concerns the whole robot (Sync, TaskCommand, GuardReset) goes into FIFO 0, joint readings into
- * FIFO 1, three frames deep each; FIFO 0 is read first, so that a Sync is never overtaken by the readings of its cycle.
+/* FDCAN1, polled. What concerns the whole robot (Sync, TaskCommand, GuardReset, and a StopCommand, which can only be
+ * another guard's) goes into FIFO 0, joint readings into FIFO 1, three frames deep each; FIFO 0 is read first, so that
+ * a Sync is never overtaken by the readings of its cycle.
  */
 #include "../common/board.h"
 #include "fdcan_registers.h"
@@ -17,6 +18,7 @@ enum {
     DATA_DELAY_OFFSET = 13 /* second sample point: behind the measured loop delay, in kernel clocks */
 };
 
+#define FILTER_COUNT (PROTOCOL_RECEIVE_COUNT + 1)
 #define ANSWER_TRIES 1000u /* register reads: a few us */
 
 static const uint8_t LENGTHS[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
@@ -30,8 +32,10 @@ static void set_filters(void) {
         fdcan_ram_write(RAM_FILTERS + 4u * slot,
                         FILTER_DUAL_ID | (joint ? FILTER_FIFO_1 : FILTER_FIFO_0) | (id << 16) | id);
     }
-    fdcan_write(FDCAN_RXGFC,
-                ((uint32_t)PROTOCOL_RECEIVE_COUNT << RXGFC_LSS_SHIFT) | RXGFC_ANFE_REJECT | RXGFC_ANFS_REJECT);
+    const uint32_t stop = protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id;
+    fdcan_ram_write(RAM_FILTERS + 4u * (uint32_t)PROTOCOL_RECEIVE_COUNT,
+                    FILTER_DUAL_ID | FILTER_FIFO_0 | (stop << 16) | stop);
+    fdcan_write(FDCAN_RXGFC, ((uint32_t)FILTER_COUNT << RXGFC_LSS_SHIFT) | RXGFC_ANFE_REJECT | RXGFC_ANFS_REJECT);
 }
 
 static void wait_for_init(void) {

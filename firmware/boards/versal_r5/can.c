@@ -30,7 +30,11 @@ static void set_filters(void) {
         canfd_write(CAN_AFMR(slot), (STANDARD_ID_MASK << ID_SHIFT) | CAN_ID_IDE);
         canfd_write(CAN_AFIR(slot), (uint32_t)protocol_receive[slot].id << ID_SHIFT);
     }
-    canfd_write(CAN_AFR, (1u << PROTOCOL_RECEIVE_COUNT) - 1u);
+    /* Another guard's: this one has to know of it. */
+    const uint32_t stop = protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id;
+    canfd_write(CAN_AFMR(PROTOCOL_RECEIVE_COUNT), (STANDARD_ID_MASK << ID_SHIFT) | CAN_ID_IDE);
+    canfd_write(CAN_AFIR(PROTOCOL_RECEIVE_COUNT), stop << ID_SHIFT);
+    canfd_write(CAN_AFR, (2u << PROTOCOL_RECEIVE_COUNT) - 1u);
 }
 
 void can_init(wire_format_t format) {

@@ -74,6 +74,7 @@ class Reason(enum.IntEnum):
     TIME_BACKWARDS = 23
     SATURATED = 24
     SETTLING = 25
+    ANOTHER_GUARD = 26
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

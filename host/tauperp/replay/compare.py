@@ -39,7 +39,7 @@ _FORGOTTEN_GAINS = 20.0  # times 1 / K: e^-20 of a hundred Nm is far below a fra
 _TOLD_BY_BOARD = (
     Reason.TICK_LATE,
     Reason.TICK_OVER_BUDGET,
-    *(Reason.BUS_OFF, Reason.BUS_DOWN, Reason.RX_OVERFLOW, Reason.SHUTDOWN),
+    *(Reason.BUS_OFF, Reason.BUS_DOWN, Reason.RX_OVERFLOW, Reason.SHUTDOWN, Reason.ANOTHER_GUARD),
 )
 _TRIP_NUMBERS = 255  # 1 to 255, then 1 again
 
