@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 import can
 import numpy as np
+from bus_guard import GuardProcess
 
 from tauperp.config import Configuration
 from tauperp.firmware import Core
@@ -12,6 +13,7 @@ from tauperp.wire import Receiver, Sender, Wire
 
 POSE_RAD = np.array([0.2, 0.5, -0.3, 0.9, 0.1, 0.6, 0.0])
 STOP_COMMAND, STATUS, INDEX = 0x010, 0x200, 0x201
+CALM_PERIOD_S = 0.2  # of conftest's calm configuration
 PATIENCE_S = 3.0  # for the answer to a cycle
 
 Fault = Callable[[int, list[can.Message]], Sequence[can.Message]]  # cycle, its frames -> what gets to the bus
@@ -102,3 +104,22 @@ class Robot:
             )
             if answered and timeout_s > 0:
                 break
+
+
+def run_until_permitted(process: GuardProcess, robot: Robot) -> int:
+    """Run until motion is permitted; returns how many lines the process has written."""
+    end = time.monotonic() + 20
+    while not robot.permitted:
+        assert time.monotonic() < end, process.events()
+        robot.live(CALM_PERIOD_S, CALM_PERIOD_S)
+    return len(process.events())
+
+
+def reset(robot: Robot) -> None:
+    """Asks for the end of the newest trip as a controller does."""
+    assert robot.answer is not None
+    trip = int(robot.answer["TripNumber"])
+    for request in (0, 0, 1):
+        robot.ask_for_reset(request, trip)
+        robot.live(CALM_PERIOD_S, CALM_PERIOD_S)
+    robot.live(3 * CALM_PERIOD_S, CALM_PERIOD_S)

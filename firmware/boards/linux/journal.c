@@ -1,11 +1,14 @@
 #define _GNU_SOURCE /* -std=c11 hides what is not ISO C */
 #include "journal.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "names.h"
@@ -67,6 +70,7 @@ static void add_time(line_t *line, uint64_t now_us) {
 
 static void begin(const journal_t *self, line_t *line, const char *event, uint64_t now_us) {
     line->length = 0;
+    add(line, "\n"); /* which `put` leaves out where the last line was whole */
     if (self->json) {
         add(line, "{\"event\":\"%s\",\"time_s\":", event);
         add_time(line, now_us);
@@ -76,17 +80,44 @@ static void begin(const journal_t *self, line_t *line, const char *event, uint64
     }
 }
 
+static ssize_t put(const journal_t *self, const line_t *line) {
+    /* What is left of a torn line is not this one's beginning. */
+    const char *const text = self->torn ? line->text : &line->text[1];
+    const size_t length = self->torn ? line->length : (line->length - 1u);
+    const ssize_t written = self->is_socket ? send(self->out, text, length, MSG_DONTWAIT | MSG_NOSIGNAL)
+                                            : write(self->out, text, length);
+    return (written == (ssize_t)length) ? (ssize_t)line->length : written;
+}
+
 static void end(journal_t *self, line_t *line) {
     add(line, self->json ? "}\n" : "\n");
-    struct pollfd out = {.fd = STDOUT_FILENO, .events = POLLOUT};
+    struct pollfd out = {.fd = self->out, .events = POLLOUT};
     const bool room = (poll(&out, 1, 0) == 1) && ((out.revents & POLLOUT) != 0);
-    if (!room || (write(STDOUT_FILENO, line->text, line->length) != (ssize_t)line->length)) {
+    const ssize_t written = room ? put(self, line) : 0;
+    if (written != (ssize_t)line->length) {
         self->dropped++;
+        self->torn = self->torn || (written > 0);
+    } else {
+        self->torn = false;
+    }
+}
+
+/* Whoever has our stdout has its flags too: it is opened anew, not set not to wait. A file is never waited for long. */
+static void find_out(journal_t *self) {
+    struct stat kind = {0};
+    self->out = STDOUT_FILENO;
+    if (fstat(STDOUT_FILENO, &kind) == 0) {
+        self->is_socket = S_ISSOCK(kind.st_mode);
+        if (S_ISCHR(kind.st_mode) || S_ISFIFO(kind.st_mode)) {
+            const int anew = open("/proc/self/fd/1", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+            self->out = (anew >= 0) ? anew : STDOUT_FILENO;
+        }
     }
 }
 
 void journal_start(journal_t *self, const options_t *options, const guard_config_t *block, journal_denied_t denied) {
     *self = (journal_t){.json = options->json, .verbose = options->verbose};
+    find_out(self);
     const bool fd = block->format == (uint32_t)FORMAT_FD;
     line_t line;
     begin(self, &line, "start", 0);

@@ -1,6 +1,7 @@
 /* journal: what the process says on stdout, as text for a person or as one JSON object a line.
  *
- * The loop never waits for its reader: a line that does not fit at once is dropped and counted. No line allocates.
+ * The loop never waits for its reader, be it a pipe that nobody empties or a terminal that is stopped: a line that does
+ * not fit at once is dropped and counted. No line allocates.
  * now_us is guard time.
  */
 #ifndef TAUPERP_LINUX_JOURNAL_H
@@ -29,6 +30,9 @@ typedef struct {
     bool json;
     bool verbose;
     uint64_t dropped; /* lines */
+    int out;          /* stdout, or the same opened anew so that a write does not wait */
+    bool is_socket;   /* as under systemd */
+    bool torn;        /* the last line went out in part */
 } journal_t;
 
 /* What the kernel refused, NULL where it granted it. */

@@ -270,14 +270,23 @@ static void tell_counts(loop_t *self, uint64_t *last_us) {
 
 /* --- begin, go on, end -------------------------------------------------------------------------------------------- */
 
-static bool begin(loop_t *self) {
+static sigset_t ending_signals(void) {
     sigset_t ending;
     (void)sigemptyset(&ending);
     (void)sigaddset(&ending, SIGTERM);
     (void)sigaddset(&ending, SIGINT);
     (void)sigaddset(&ending, SIGHUP);
+    return ending;
+}
+
+void loop_hold_signals(void) {
+    const sigset_t ending = ending_signals();
     (void)sigprocmask(SIG_BLOCK, &ending, NULL);
     (void)signal(SIGPIPE, SIG_IGN); /* whoever read the log has gone */
+}
+
+static bool begin(loop_t *self) {
+    const sigset_t ending = ending_signals();
     self->epoll = epoll_create1(EPOLL_CLOEXEC);
     self->timer = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
     self->signals = signalfd(-1, &ending, SFD_NONBLOCK | SFD_CLOEXEC);

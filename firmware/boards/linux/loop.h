@@ -44,6 +44,9 @@ typedef struct {
     bool told_company;   /* that there is another guard */
 } loop_t;
 
+/* Before the first line or frame: from here on SIGTERM, SIGINT and SIGHUP wait until loop_run looks for them. */
+void loop_hold_signals(void);
+
 /* Goes on until SIGTERM, SIGINT or SIGHUP, then sends a last StopCommand without permission and returns true. False,
  * after one line on stderr, if it cannot begin or go on. */
 bool loop_run(loop_t *self);

@@ -1,9 +1,11 @@
 /* tauperp-guard: the guard as a process on SocketCAN. See README.md for a real adapter. */
 #define _GNU_SOURCE /* -std=c11 hides what is not ISO C */
 #include <errno.h>
+#include <fcntl.h>
 #include <sched.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include "block.h"
 #include "loop.h"
@@ -37,9 +39,19 @@ static journal_denied_t ask_for_real_time(int priority) {
     return denied;
 }
 
+/* What a caller has closed is opened, or the bus would get its number, and the lines for stdout would go there. */
+static void open_standard_files(void) {
+    int file = 0;
+    while ((file >= 0) && (file <= STDERR_FILENO)) {
+        file = open("/dev/null", O_RDWR);
+    }
+    (void)close(file);
+}
+
 int main(int argc, char **argv) {
     static loop_t loop; /* too large for the stack */
     options_t options;
+    open_standard_files();
     const options_status_t asked = options_read(&options, argc, argv);
     if (asked != OPTIONS_OK) {
         return (asked == OPTIONS_DONE) ? EXIT_ENDED : EXIT_BAD_INPUT;
@@ -57,6 +69,7 @@ int main(int argc, char **argv) {
         return EXIT_BAD_INPUT;
     }
     loop.in_lockstep = options.lockstep;
+    loop_hold_signals();
     journal_start(&loop.journal, &options, loop.config, ask_for_real_time(options.priority));
     return loop_run(&loop) ? EXIT_ENDED : EXIT_CANNOT;
 }

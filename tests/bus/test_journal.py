@@ -1,0 +1,137 @@
+"""What the process says, and that nobody who does not listen can hold it up; and that it never allocates."""
+
+import os
+import re
+import subprocess
+import time
+from pathlib import Path
+
+import bus_guard
+import can
+from bus_robot import CALM_PERIOD_S, Robot, reset, run_until_permitted
+from conftest import Start, run
+
+from tauperp.config import Configuration
+from tauperp.wire import Wire
+
+
+def test_its_words_are_those_of_the_dbc(wire: Wire) -> None:
+    source = (bus_guard.ROOT / "firmware" / "boards" / "linux" / "names.c").read_text()
+    for table, message, signal_name in (
+        ("STATES", "GuardStatus", "State"),
+        ("REASONS", "StopCommand", "Reason"),
+        ("TASKS", "TaskCommand", "Task"),
+    ):
+        words = re.findall(r'"(\w+)"', source.partition(f"{table}[] = {{")[2].partition("};")[0])
+        choices = wire.message(message).definition.get_signal_by_name(signal_name).choices
+        assert words == [str(choices[number]) for number in range(len(choices))]
+
+
+def test_a_reader_that_does_not_read_does_not_stop_it(
+    tmp_path: Path, calm: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
+    path = tmp_path / "block.bin"
+    path.write_bytes(calm.block())
+    command = [bus_guard.RELEASE, "--channel", "vcan0", "--robot", "ku_dex", "--config", path, "--json"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    try:
+        process.stdout.readline()
+        robot = Robot(calm, wire, bus)
+        for number in range(2000):  # so many lines of 70 bytes do not fit into a pipe
+            error = can.Message(arbitration_id=0x40 if number % 2 else 0x100, is_error_frame=True, data=bytes(8))
+            bus.send(error)
+            if number % 200 == 0:
+                robot.live(CALM_PERIOD_S, CALM_PERIOD_S)
+        robot.live(5 * CALM_PERIOD_S, CALM_PERIOD_S)
+        assert robot.answer is not None
+        assert robot.answer["Cycle"] in {(robot.cycle - back) & 0xF for back in range(4)}, "it still answers"
+    finally:
+        process.terminate()
+        process.stdout.close()
+        assert process.wait(20) == 0
+
+
+def test_a_terminal_that_is_stopped_does_not_stop_it(
+    tmp_path: Path, calm: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
+    """Ctrl-S, a pager, a connection that hangs: a write to a terminal waits although poll said that there is room."""
+    path = tmp_path / "block.bin"
+    path.write_bytes(calm.block())
+    master, terminal = os.openpty()
+    command = [bus_guard.RELEASE, "--channel", "vcan0", "--robot", "ku_dex", "--config", path]
+    process = subprocess.Popen(command, stdout=terminal)
+    try:
+        assert b"start tauperp-guard" in os.read(master, 1000)
+        for number in range(4000):
+            error = can.Message(arbitration_id=0x40 if number % 2 else 0x100, is_error_frame=True, data=bytes(8))
+            bus.send(error)
+            if number % 200 == 0:
+                time.sleep(0.02)
+        robot = Robot(calm, wire, bus)
+        robot.live(5 * CALM_PERIOD_S, CALM_PERIOD_S)
+        assert robot.answer is not None, "it still answers"
+    finally:
+        process.terminate()
+        try:
+            assert process.wait(20) == 0
+        finally:
+            process.kill()
+            os.close(master)
+            os.close(terminal)
+
+
+def test_lines_for_a_stdout_that_is_closed_do_not_go_to_the_bus(
+    tmp_path: Path, calm: Configuration, bus: can.BusABC, wire: Wire
+) -> None:
+    """A socket would get the number of stdout, and a line of 72 bytes is a CAN FD frame."""
+    path = tmp_path / "block.bin"
+    path.write_bytes(calm.block())
+    guard = f"exec {bus_guard.RELEASE} --channel vcan0 --robot ku_dex --config {path} <&- >&- 2>&-"
+    process = subprocess.Popen(["bash", "-c", guard])
+    try:
+        robot = Robot(calm, wire, bus)
+        robot.live(5 * CALM_PERIOD_S, CALM_PERIOD_S)
+        assert robot.answer is not None
+        files = {path.name: os.readlink(path) for path in Path(f"/proc/{process.pid}/fd").iterdir()}
+        assert [files[name] for name in "012"] == ["/dev/null"] * 3
+    finally:
+        process.terminate()
+        assert process.wait(20) == 0
+
+
+def test_its_memory_is_the_same_after_everything_as_after_its_first_line(
+    start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
+    """Whoever allocates moves the heap or maps pages; libc too."""
+    process = start(calm, program=bus_guard.RELEASE)
+    before = _maps(process)
+    robot = Robot(calm, wire, bus)
+    run_until_permitted(process, robot)
+    for error in ("20000004#0001000000000000", "20000040#0000000000000000", "20000100#0000000000000000"):
+        run("cansend", "vcan0", error)
+    robot.live(3 * CALM_PERIOD_S, CALM_PERIOD_S)
+    reset(robot)
+    run("ip", "link", "set", "vcan0", "down")
+    process.wait_for_bus("does not take frames")
+    run("ip", "link", "del", "vcan0")
+    run("ip", "link", "add", "vcan0", "type", "vcan")
+    run("ip", "link", "set", "vcan0", "mtu", "72", "up")
+    process.wait_for_bus("opened anew")
+    assert [line for line in before if "[stack]" in line]
+    assert _maps(process) == before
+
+
+def _maps(process: bus_guard.GuardProcess) -> list[str]:
+    return Path(f"/proc/{process.process.pid}/maps").read_text().splitlines()
+
+
+def test_nothing_that_it_imports_allocates() -> None:
+    """No heap of its own from the first line on; what libc does inside the calls below needs none either."""
+    symbols = run("nm", "--dynamic", "--undefined-only", str(bus_guard.RELEASE)).split()
+    names = {symbol.partition("@")[0] for symbol in symbols}
+    assert "epoll_wait" in names
+    assert (
+        names & {"malloc", "calloc", "realloc", "free", "strdup", "asprintf", "fopen", "getline", "aligned_alloc"}
+        == set()
+    )

@@ -1,0 +1,139 @@
+"""The process at its two ends: what it says before it begins, and its last word."""
+
+import re
+import signal
+import subprocess
+from pathlib import Path
+
+import bus_guard
+import can
+import pytest
+from bus_guard import run_guard
+from bus_robot import STOP_COMMAND, Robot, open_channel, run_until_permitted
+from conftest import Start, run
+
+from tauperp.config import Configuration
+from tauperp.wire import Wire
+
+
+@pytest.fixture
+def block(tmp_path: Path, configuration: Configuration) -> Path:
+    path = tmp_path / "block.bin"
+    path.write_bytes(configuration.block())
+    return path
+
+
+def test_help_names_every_option() -> None:
+    result = run_guard("--help")
+    assert result.returncode == 0
+    for option in ("channel", "robot", "config", "lockstep", "priority", "verbose", "json", "version"):
+        assert f"--{option}" in result.stdout
+    assert [line for line in result.stdout.splitlines() if len(line) > 80] == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "--channel is missing"),
+        (["--channel", "vcan0", "--robot", "ku_dex"], "--config is missing"),
+        (["--chan", "vcan0"], "missing|unknown"),
+        (["--nonsense"], "unknown option --nonsense"),
+        (["--priority", "high"], "'high' is not a number from 0 to 99"),
+        (["vcan0"], "'vcan0' is not an option"),
+        (["--channel"], "--channel needs a value"),
+        (["--channel", "can7", "--robot", "ku_dex", "--config", "{block}"], "can7: no such network interface"),
+        (["--channel", "x" * 99, "--robot", "ku_dex", "--config", "{block}"], "no such network interface"),
+        (["--channel", "lo", "--robot", "ku_dex", "--config", "{block}"], "lo: not a CAN interface"),
+        (["--channel", "vcan0", "--robot", "panda", "--config", "{block}"], "for the robot 'ku_dex', not for 'panda'"),
+        (["--channel", "vcan0", "--robot", "ku_dex", "--config", "no-such"], "no-such: No such file"),
+        (["--channel", "vcan0", "--robot", "ku_dex", "--config", "/etc/passwd"], "not a configuration block"),
+        (["--channel", "vcan0", "--robot", "ku_dex", "--config", "/"], "/: "),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(block: Path, arguments: list[str], message: str) -> None:
+    result = run_guard(*(argument.format(block=block) for argument in arguments))
+    assert (result.returncode, result.stdout) == (2, "")
+    assert re.search(message, result.stderr)
+    assert result.stderr.startswith("tauperp-guard: ")
+    assert len(result.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda block: block[:-1], "915 bytes, a configuration block of this firmware has 916"),
+        (lambda block: block + b"\0\0", "more than 916 bytes"),
+        (lambda block: b"", "0 bytes"),
+        (lambda block: b"XXXX" + block[4:], "not a configuration block"),
+        (lambda block: block[:4] + b"\xff" + block[5:], "another version of the firmware"),
+        (lambda block: block[:100] + bytes([block[100] ^ 1]) + block[101:], "its CRC is wrong"),
+    ],
+)
+def test_a_damaged_block_is_refused_with_its_reason(block: Path, damage, message: str) -> None:
+    block.write_bytes(damage(block.read_bytes()))
+    result = run_guard("--channel", "vcan0", "--robot", "ku_dex", "--config", str(block))
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_a_block_of_the_other_number_type_is_refused(tmp_path: Path, configuration: Configuration) -> None:
+    path = tmp_path / "fixed.bin"
+    path.write_bytes(configuration.block("q9.22"))
+    result = run_guard("--channel", "vcan0", "--robot", "ku_dex", "--config", str(path))
+    assert result.returncode == 2
+    assert "other number type" in result.stderr
+
+
+def test_can_fd_on_an_interface_without_it_is_refused(block: Path) -> None:
+    run("ip", "link", "set", "vcan0", "down")
+    run("ip", "link", "set", "vcan0", "mtu", "16", "up")
+    result = run_guard("--channel", "vcan0", "--robot", "ku_dex", "--config", str(block))
+    assert result.returncode == 2
+    assert "CAN FD" in result.stderr
+
+
+def test_it_says_what_it_runs_on(start: Start, configuration: Configuration, wire: Wire) -> None:
+    event = start(configuration, "--lockstep").events()[0]
+    assert event["config_crc"] == f"{configuration.crc('float32'):08x}"
+    assert event["wire_crc"] == wire.hash
+    assert (event["robot"], event["joints"], event["format"]) == ("ku_dex", 7, "fd")
+
+
+def test_it_asks_for_real_time_and_says_what_it_got(start: Start, calm: Configuration) -> None:
+    event = start(calm).events()[0]
+    assert event["realtime"] is True  # the tests run as root of their kernel
+    assert event["locked"] is True
+    event = start(calm, "--priority", "0").events()[0]
+    assert event["realtime"] is False
+
+
+def test_what_is_not_allowed_is_said_and_it_runs_without(block: Path) -> None:
+    """Root without the two capabilities, and no limit that would do instead."""
+    unprivileged = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock", "prlimit", "--memlock=0", "--rtprio=0"]
+    command = [str(bus_guard.RELEASE), "--channel", "vcan0", "--robot", "ku_dex", "--config", str(block)]
+    process = subprocess.Popen([*unprivileged, *command], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    process.terminate()  # right after its first line: even so it ends with its last word
+    output, _ = process.communicate(timeout=20)
+    assert "without real-time priority (Operation not permitted)" in line
+    assert re.search(r"memory not locked \((Operation not permitted|Cannot allocate memory)\)", line)
+    assert process.returncode == 0
+    assert re.search(r" state Stopped: Shutdown| state Waiting", output), output
+    assert " end " in output
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_it_with_a_last_stop(
+    start: Start, calm: Configuration, wire: Wire, bus: can.BusABC, number: signal.Signals
+) -> None:
+    process = start(calm)
+    robot = Robot(calm, wire, bus)
+    run_until_permitted(process, robot)
+    with open_channel("vcan0") as listener:
+        process.end(number)
+        frames = [frame for frame in iter(lambda: listener.recv(0.1), None) if frame.arbitration_id == STOP_COMMAND]
+    last = wire.message("StopCommand").decode(frames[-1].data)
+    assert (last["Permission"], last["PermissionInverted"]) == (0, 15)
+    assert wire.message("StopCommand").definition.get_signal_by_name("Reason").choices[last["Reason"]] == "Shutdown"
