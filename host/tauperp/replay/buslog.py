@@ -6,6 +6,7 @@ not: every frame before the damage comes out, and then it is told at which byte 
 
 import gzip
 import re
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, cast
@@ -31,6 +32,14 @@ _ASC_OTHER = re.compile(
 _ASC_FRAME = re.compile(
     r"\d+\.\d+\s+(\d+\s+[0-9a-f]+x?\s+(Rx|Tx)\s+[dr]\b|CANFD\s+\d+\s+(Rx|Tx)\s+[0-9a-f]+x?\s)", re.IGNORECASE
 )
+
+
+_BEGIN_OF_ALL, _END_OF_ALL = "begin trigger", "end trigger"  # of an .asc file: "Begin Triggerblock", "End TriggerBlock"
+_SHOWN = 48  # characters of a line that cannot be read
+
+
+class _Unreadable(ValueError):
+    """In words that a person can act on, other than those of a reader that met what it was not written for."""
 
 
 class LogDamage(InputError):
@@ -66,7 +75,7 @@ def _read(path: Path) -> Iterator[can.Message]:
         raise InputError(f"{path}: {error.strerror}") from error
     with raw:
         if issubclass(reader_type, TextIOMessageReader):
-            source: _Lines | _Bytes | Path = _Lines(raw, check=".asc" in path.suffixes)
+            source: _Lines | _Bytes | Path = _Lines(raw, is_asc=".asc" in path.suffixes)
         elif issubclass(reader_type, BinaryIOMessageReader):
             source = _Bytes(raw, path.stat().st_size)
         else:
@@ -98,33 +107,46 @@ def _frames(path: Path, reader_type: Any, source: "_Lines | _Bytes | Path") -> I
             if frame is None:
                 break
             if not (frame.is_error_frame or frame.is_remote_frame) and len(frame.data) != frame.dlc:
-                raise ValueError(f"{len(frame.data)} data bytes where {frame.dlc} are announced")
+                raise _Unreadable(f"{len(frame.data)} data bytes where {frame.dlc} are announced")
             if isinstance(source, _Bytes):
                 source.count_frame()
             count += 1
             yield frame
         if isinstance(source, _Bytes):
             source.check_end(getattr(reader, "file_size", 0))
+        elif isinstance(source, _Lines):
+            source.check_end()
     except GeneratorExit:
         raise
     except (ImportError, NotImplementedError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
     except Exception as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = _reason(error, source)
         if count == 0:
-            raise InputError(f"{path}: {place()}: not a {path.suffix} log: {reason}") from error
+            hint = ", as candump -L writes it" if ".log" in path.suffixes else ""
+            raise InputError(f"{path}: {place()}: not a {path.suffix} log{hint}: {reason}") from error
         raise LogDamage(f"{path}: {place()}, after {count} frames: {reason}") from error
     if count == 0:
         raise InputError(f"{path}: {place()}: holds no frame")
 
 
-class _Lines:
-    """A text file for python-can's readers that knows its line, and for .asc refuses one that is neither frame nor
-    anything else of that format."""
+def _reason(error: Exception, source: "_Lines | _Bytes | Path") -> str:
+    if isinstance(source, _Lines) and isinstance(error, IndexError | KeyError | TypeError | ValueError):
+        return str(error) if isinstance(error, _Unreadable) else f"{source.text!r} is no frame"
+    if isinstance(error, struct.error):
+        return "the file ends in the middle of its header"
+    return " ".join(str(error).split()) or type(error).__name__
 
-    def __init__(self, raw: IO[bytes], *, check: bool) -> None:
+
+class _Lines:
+    """A text file for python-can's readers that knows its line, refuses one that is cut, and for .asc one that is
+    neither frame nor anything else of that format."""
+
+    def __init__(self, raw: IO[bytes], *, is_asc: bool) -> None:
+        self.text = ""  # of the newest line, as far as it can be shown
         self._raw = raw
-        self._check = check
+        self._is_asc = is_asc
+        self._in_block = False
         self._line = 0
 
     def place(self) -> str:
@@ -140,12 +162,24 @@ class _Lines:
             self._line -= 1
             raise StopIteration
         try:
-            line = data.decode("utf-8")
+            line = data.decode("utf-8-sig" if self._line == 1 else "utf-8")
         except UnicodeDecodeError:
-            raise ValueError("not text") from None
-        if self._check and not (_ASC_OTHER.match(line.strip()) or _ASC_FRAME.match(line.strip())):
-            raise ValueError(f"{line.strip()[:40]!r} is neither a frame nor an event")
+            raise _Unreadable("not text") from None
+        content = line.strip()
+        self.text = content[:_SHOWN]
+        is_other = self._is_asc and _ASC_OTHER.match(content) is not None
+        if self._is_asc and not (is_other or _ASC_FRAME.match(content)):
+            raise _Unreadable(f"{self.text!r} is neither a frame nor an event")
+        if not line.endswith("\n") and not is_other:
+            raise _Unreadable("the file ends in the middle of this line")
+        if is_other and content.lower().startswith((_BEGIN_OF_ALL, _END_OF_ALL)):
+            self._in_block = content.lower().startswith(_BEGIN_OF_ALL)
         return line
+
+    def check_end(self) -> None:
+        """After the last frame."""
+        if self._in_block:
+            raise _Unreadable("the file ends here, without the end of its trigger block")
 
     def readline(self) -> str:
         return next(self, "")

@@ -1,0 +1,17 @@
+"""Fixtures that several files of tests share."""
+
+from pathlib import Path
+
+import pytest
+from bus_logs import scenario
+
+from tauperp.cli import main
+
+
+@pytest.fixture(scope="session")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a scenario of one collision, run once in either frame format and recorded as candump does."""
+    folder = tmp_path_factory.mktemp("logs")
+    for form in ("fd", "classic"):
+        assert main(["run", str(scenario(folder, form)), "--record", str(folder / f"{form}.log"), "--json"]) == 0
+    return folder

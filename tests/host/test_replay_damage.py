@@ -1,0 +1,208 @@
+"""Bus logs that are truncated, corrupt or foreign: what was before the damage is reported, and where it is."""
+
+import gzip
+import json
+import random
+from collections.abc import Callable
+from pathlib import Path
+
+import can
+import pytest
+from bus_logs import STOP, frames_of, written
+
+from tauperp.cli import main
+from tauperp.errors import InputError
+from tauperp.replay.buslog import BusLog
+
+
+def cut_blf(path: Path) -> int:
+    """In the middle of the second container, which is compressed."""
+    data = path.read_bytes()
+    at = data.index(b"LOBJ", data.index(b"LOBJ") + 100) + 5000
+    path.write_bytes(data[:at])
+    return at
+
+
+def corrupt_blf(path: Path) -> None:
+    data = bytearray(path.read_bytes())
+    at = data.index(b"LOBJ", data.index(b"LOBJ") + 100) + 5000
+    data[at : at + 50] = bytes(50)
+    path.write_bytes(data)
+
+
+def garbage_line(path: Path) -> None:
+    lines = path.read_text().splitlines()
+    lines[5000] = lines[5000][:30] + "??"
+    path.write_text("\n".join(lines) + "\n")
+
+
+def foreign_line(path: Path) -> None:
+    lines = path.read_text().splitlines()
+    lines[5000] = "the dog ate the next frames"
+    path.write_text("\n".join(lines) + "\n")
+
+
+def short_data(path: Path) -> None:
+    """A data byte is cut in two."""
+    lines = path.read_text().splitlines()
+    lines[5000] = lines[5000].split("##")[0] + "##10"
+    path.write_text("\n".join(lines) + "\n")
+
+
+def cut_between_bytes(path: Path) -> None:
+    """The last line is a frame still, of fewer bytes."""
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:5000]) + "\n" + lines[5000][: lines[5000].index("##") + 7])
+
+
+def cut_at_a_line(path: Path) -> None:
+    path.write_text("\n".join(path.read_text().splitlines()[:5000]) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "damage", "place"),
+    [
+        (".blf", cut_blf, "byte "),
+        (".blf", corrupt_blf, "byte "),
+        (".asc", garbage_line, "line 5001, after 4995 frames"),
+        (".asc", foreign_line, "line 5001, after 4995 frames"),
+        (".log", garbage_line, "line 5001, after 5000 frames"),
+        (".log", foreign_line, "line 5001, after 5000 frames"),
+        (".log", short_data, "line 5001, after 5000 frames"),
+        (".log", cut_between_bytes, "line 5001, after 5000 frames: the file ends in the middle of this line"),
+        (".asc", cut_at_a_line, "line 5000, after 4995 frames: the file ends here, without the end of its"),
+    ],
+)
+def test_a_damaged_log_is_reported_up_to_its_damage(
+    logs: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    suffix: str,
+    damage: Callable[[Path], object],
+    place: str,
+) -> None:
+    path = written(tmp_path / f"x{suffix}", frames_of(logs / "fd.log"))
+    damage(path)
+    assert main(["replay", str(path), "--scenario", str(logs / "fd.toml"), "--json"]) == 2
+    output = capsys.readouterr()
+    report = json.loads(output.out)
+    assert output.err.count("\n") == 1
+    assert f"{path}: {place}" in output.err
+    assert report["damage"] is not None
+    assert report["equal"] is False
+    assert report["cycles"] > 90
+    assert report["first_difference"] is None
+    assert report["messages"]["StopCommand"]["equal"] == report["cycles"]
+    assert main(["replay", str(path), "--scenario", str(logs / "fd.toml")]) == 2
+    assert "StopCommand" in capsys.readouterr().out
+
+
+def test_a_line_that_cannot_be_read_is_shown(logs: Path, tmp_path: Path) -> None:
+    path = written(tmp_path / "x.log", frames_of(logs / "fd.log"))
+    foreign_line(path)
+    log = BusLog(path)
+    assert len(list(log)) == 5000
+    assert str(log.damage).endswith("'the dog ate the next frames' is no frame")
+
+
+def test_a_log_of_candump_without_its_option_says_which(tmp_path: Path) -> None:
+    for stamp in ("", "(1436509052.249713) "):
+        path = tmp_path / "x.log"
+        path.write_text(f" {stamp} vcan0  020   [4]  B7 00 00 00\n")
+        with pytest.raises(InputError, match=r"candump -L writes it: .*vcan0 +020 +\[4\] +B7.* is no frame"):
+            list(BusLog(path))
+
+
+def test_line_ends_and_a_byte_order_mark_of_windows_are_no_damage(logs: Path, tmp_path: Path) -> None:
+    for suffix in (".log", ".asc"):
+        path = written(tmp_path / f"x{suffix}", frames_of(logs / "fd.log")[:100])
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n").rstrip())
+        if suffix == ".log":
+            path.write_bytes(path.read_bytes() + b"\r\n")
+        assert len(frames_of(path)) == 100
+
+
+def test_the_byte_where_a_cut_blf_ends_is_told_and_its_last_container_is_read_as_far_as_it_goes(
+    logs: Path, tmp_path: Path
+) -> None:
+    path = written(tmp_path / "x.blf", frames_of(logs / "fd.log"))
+    at = cut_blf(path)
+    log = BusLog(path)
+    whole_containers = 2 * 128 * 1024 // 112  # bytes of a CAN FD frame's object: an upper bound of one and a part
+    frames = list(log)
+    assert log.damage is not None
+    assert f"byte {at}, after {len(frames)} frames: the file ends in the middle of an object" in str(log.damage)
+    assert 1500 < len(frames) <= whole_containers
+    assert [frame.data for frame in frames] == [frame.data for frame in frames_of(logs / "fd.log")[: len(frames)]]
+
+
+def test_a_blf_that_ends_between_two_containers_is_cut_too(logs: Path, tmp_path: Path) -> None:
+    path = written(tmp_path / "x.blf", frames_of(logs / "fd.log"))
+    data = path.read_bytes()
+    path.write_bytes(data[: data.index(b"LOBJ", data.index(b"LOBJ") + 100)])
+    log = BusLog(path)
+    assert len(list(log)) > 1000
+    assert "the file ends here, its header announces" in str(log.damage)
+
+
+def test_a_blf_with_an_object_of_no_size_ends(logs: Path, tmp_path: Path) -> None:
+    path = tmp_path / "x.blf"
+    with can.BLFWriter(path, compression_level=0) as writer:
+        for frame in frames_of(logs / "fd.log")[:100]:
+            writer(frame)
+    data = bytearray(path.read_bytes())
+    at = data.index(b"LOBJ", data.index(b"LOBJ") + 4 + 2000)
+    data[at + 8 : at + 12] = bytes(4)
+    path.write_bytes(data)
+    log = BusLog(path)
+    list(log)
+    assert "ends where it begins" in str(log.damage)
+
+
+def test_a_gzipped_log_that_is_cut_says_so(logs: Path, tmp_path: Path) -> None:
+    path = tmp_path / "x.log.gz"
+    path.write_bytes(gzip.compress((logs / "fd.log").read_bytes())[:20_000])
+    log = BusLog(path)
+    assert len(list(log)) > 100
+    assert "line" in str(log.damage)
+
+
+@pytest.mark.parametrize("suffix", [".blf", ".asc", ".log", ".trc", ".csv", ".db"])
+@pytest.mark.parametrize("content", ["empty", "png", "text"])
+def test_a_file_that_is_no_log_is_one_line(
+    logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], suffix: str, content: str
+) -> None:
+    path = tmp_path / f"x{suffix}"
+    picture = bytes.fromhex("89504e470d0a1a0a0000000d49484452") + bytes(range(256)) * 20
+    path.write_bytes({"empty": b"", "png": picture, "text": b"Dear diary,\ntoday we\n"}[content])
+    assert main(["replay", str(path), "--scenario", str(logs / "fd.toml")]) == 2
+    output = capsys.readouterr()
+    assert (output.out, output.err.count("\n")) == ("", 1)
+    assert str(path) in output.err
+
+
+def test_a_log_without_a_guard_is_one_line(logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    frames = [frame for frame in frames_of(logs / "fd.log") if frame.arbitration_id != STOP]
+    assert main(["replay", str(written(tmp_path / "x.log", frames[:3000]))]) == 2
+    assert "no StopCommand in its first 3000 frames" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("suffix", [".blf", ".asc", ".log"])
+def test_no_broken_log_hangs_or_has_a_traceback(logs: Path, tmp_path: Path, suffix: str) -> None:
+    seed = random.randrange(2**32)
+    print(f"seed {seed}")
+    rng = random.Random(seed)
+    whole = written(tmp_path / f"whole{suffix}", frames_of(logs / "fd.log")[:600]).read_bytes()
+    path = tmp_path / f"x{suffix}"
+    for _ in range(60):
+        data = bytearray(whole)
+        for _ in range(rng.choice([1, 3, 30])):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+        path.write_bytes(data[: rng.choice([len(data), rng.randrange(len(data))])])
+        log, count, refusal = BusLog(path), 0, str(path)
+        try:
+            count = sum(1 for _ in log)
+        except InputError as error:
+            refusal = str(error)
+        assert count <= 700
+        assert refusal.startswith(str(path))
