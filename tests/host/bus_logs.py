@@ -7,6 +7,7 @@ import can
 
 from tauperp.replay.buslog import BusLog
 from tauperp.replay.log_report import LogReplay, replay_log
+from tauperp.sim.moment import Watch
 from tauperp.wire import Wire
 
 SCENARIO = """
@@ -49,8 +50,8 @@ def written(path: Path, frames: Iterable[can.Message]) -> Path:
     return path
 
 
-def replayed(path: Path, folder: Path, form: str = "fd") -> LogReplay:
-    return replay_log(path, scenario=str(folder / f"{form}.toml"))
+def replayed(path: Path, folder: Path, form: str = "fd", watch: Watch | None = None) -> LogReplay:
+    return replay_log(path, scenario=str(folder / f"{form}.toml"), watch=watch)
 
 
 def counts(replay: LogReplay) -> tuple[int, int, int]:

@@ -13,8 +13,9 @@ from tauperp import cli
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.firmware import Core, Reason
-from tauperp.replay import Playback, Recording, Score, play, read_csv, score
+from tauperp.replay import Playback, Recording, Score, play, read_csv, read_recording, score
 from tauperp.replay.score import is_good
+from tauperp.sim.moment import Moment
 from tauperp.view.replay_figure import replay_figure
 
 POSE = np.array([0.06, 0.69, -0.08, -1.62, 0.03, 2.29, 0.85])
@@ -110,6 +111,7 @@ def test_touches_are_the_stretches_of_the_label(write: Write) -> None:
         (lambda text: text.splitlines()[0], "no recording"),
         (lambda text: text.replace("tau_J6", "tau_J9", 1), "no column 'tau_J6'"),
         (lambda text: text.replace("0.0050000,", "0.0050000,1,", 1), ":3: 24 values under 23 column names"),
+        (lambda text: text.replace("tau_J6", "tau_J5", 1), "column 'tau_J5' is there 2 times"),
         (lambda text: text.replace("0.0050000,", "soon,", 1), ":3: 'soon' is not a number"),
         (lambda text: text.replace("0.0050000,", "nan,", 1), ":3: time is not finite"),
         (lambda text: text.replace("0.0100000,", "0.0010000,", 1), ":4: time goes back"),
@@ -122,6 +124,12 @@ def test_a_recording_that_cannot_be_used_says_where(write: Write, edit: Callable
         read_csv(path, 7)
     assert str(error.value).startswith(str(path))
     assert message in str(error.value)
+
+
+def test_a_byte_order_mark_is_no_part_of_a_columns_name(write: Write) -> None:
+    path = write([])
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert len(read_csv(path, 7).time_s) == 600
 
 
 def test_a_file_that_is_no_text_is_named(tmp_path: Path) -> None:
@@ -204,6 +212,30 @@ def test_the_guard_runs_at_the_recordings_rate(write: Write, configuration: Conf
     assert playback.residual[trip.row, 1] == pytest.approx(expected, rel=0.1)
 
 
+def test_a_recording_that_a_classic_bus_could_not_carry_goes_as_can_fd(
+    write: Write, configuration: Configuration
+) -> None:
+    assert configuration.settings.wire.format == "classic"
+    for period_s, form in ((0.002, "classic"), (0.001, "fd")):
+        playback, result = played(write([(1.5, 2.0, 5.0)], period_s=period_s), configuration)
+        assert (playback.configuration.settings.wire.format, len(result.found)) == (form, 1)
+
+
+def test_a_watch_sees_every_row_in_its_pose(write: Write, configuration: Configuration) -> None:
+    seen: list[tuple[float, bool, int]] = []
+
+    def watch(moment: Moment) -> None:
+        assert np.allclose(moment.data.qpos[:7], POSE)
+        assert np.array_equal(moment.threshold, configuration.threshold_nm("none"))
+        seen.append((moment.time_s, moment.permitted, moment.tripped_joint))
+
+    playback = play(read_csv(write([(1.5, 2.0, 5.0)]), 7), configuration, watch=watch)
+    (trip,) = playback.trips
+    assert np.allclose([time_s for time_s, *_ in seen], playback.recording.time_s)
+    assert [permitted for _, permitted, _ in seen] == playback.permitted.tolist()
+    assert [joint for *_, joint in seen[trip.row - 1 : trip.row + 2]] == [0, 2, 2]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -216,6 +248,13 @@ def test_a_start_that_is_no_rest_is_refused(
 ) -> None:
     with pytest.raises(InputError, match=message):
         played(write(**arguments), configuration)
+
+
+def test_a_file_that_breaks_in_its_first_second_says_where(write: Write, configuration: Configuration) -> None:
+    path = write([])
+    path.write_text(path.read_text().replace("\n0.5000000,", "\nsoon,", 1))
+    with pytest.raises(InputError, match=r":102: 'soon' is not a number; what is before is shorter than the 1 s"):
+        play(read_recording(path, 7), configuration)
 
 
 def test_an_arm_that_moves_at_the_start_is_refused(write: Write, configuration: Configuration) -> None:

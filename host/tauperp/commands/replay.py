@@ -14,6 +14,7 @@ from tauperp.firmware import load_library
 from tauperp.provenance import provenance, provenance_line
 from tauperp.replay import Playback, Recording, Score, log_report, play, read_recording, score
 from tauperp.replay.score import FOUND_GOAL, is_good, median_latency_ms
+from tauperp.view.watching import add_watch_arguments, watching
 
 HELP = f"""LOG: push a bus log through the firmware's guard and compare what it sends with the guard's frames in the
 log, bit for bit. Exit code 0 if all are equal. --csv: turn recordings of a real arm (time, q0.., dq0.., tau_J0.., label
@@ -34,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--task", choices=list(TASKS), help="task that is sent with recordings (default: none)")
     parser.add_argument("--out", metavar="DIR", help="folder of the recordings' figures and JSON (out/replay)")
     parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
+    add_watch_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -50,12 +52,17 @@ def _refuse_foreign_options(args: argparse.Namespace) -> None:
         if getattr(args, name) is not None:
             kind = "bus logs" if args.log is None else "recordings (--csv)"
             raise InputError(f"replay: --{name} goes with {kind}")
+    if args.csv is not None and len(args.csv) > 1 and (args.view or args.rerun is not None):
+        raise InputError("replay: --view and --rerun show one recording; each begins at its own time 0")
     if args.scenario is not None and args.config is not None:
         raise InputError("replay: name either --config or --scenario")
 
 
 def _replay_log(args: argparse.Namespace) -> int:
-    replay = log_report.replay_log(args.log, config=args.config, robot=args.robot, scenario=args.scenario)
+    with watching(args) as watch:
+        replay = log_report.replay_log(
+            args.log, config=args.config, robot=args.robot, scenario=args.scenario, watch=watch
+        )
     if args.json:
         print(json.dumps(log_report.report(replay), indent=2))
     else:
@@ -71,7 +78,8 @@ def _replay_recordings(args: argparse.Namespace) -> int:
     configuration = load_configuration(source, robot=args.robot)
     recordings = [read_recording(path, configuration.robot.n, args.map) for path in args.csv]
     _check_names(recordings)
-    playbacks = [play(recording, configuration, task=task) for recording in recordings]
+    with watching(args) as watch:
+        playbacks = [play(recording, configuration, task=task, watch=watch) for recording in recordings]
     scores = [score(playback) for playback in playbacks]
     report = _report(configuration, playbacks, scores)
     _write(Path(out), playbacks, scores, report)

@@ -8,11 +8,12 @@ Host tools that need the thresholds, the period or the robot read them from the 
 """
 
 from tauperp.config.block import NUMERICS, Numeric, block_crc
-from tauperp.config.configuration import Configuration
+from tauperp.config.configuration import LOAD_LIMIT, Configuration
 from tauperp.config.load import load_configuration, preset_names
 from tauperp.config.settings import TASKS, Settings, TaskName
 
 __all__ = [
+    "LOAD_LIMIT",
     "NUMERICS",
     "TASKS",
     "Configuration",

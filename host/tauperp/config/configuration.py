@@ -23,7 +23,7 @@ _BASES = {"instantaneous": 1, "filtered": 2}
 _TORQUE_SAMPLES = {"interval": 1, "instant": 2}
 _FORMATS = {"classic": 1, "fd": 2}
 
-_LOAD_LIMIT = 0.9  # of the bus at worst; above, a burst of errors has no room left to be repeated in
+LOAD_LIMIT = 0.9  # of the bus at worst; above, a burst of errors has no room left to be repeated in
 
 # Dimensions that the task explains (columns of eqs. 7 and 20): an arm needs more joints for anything to be left over.
 _EXPLAINED = {"off": 0, "r": 0, "d_p": 5, "d_e": 6}
@@ -53,7 +53,7 @@ class Configuration:
         if settings.observer.gain_per_s * self.period_us * 1e-6 >= 1:
             self._refuse("observer.gain_per_s", f"gain times period must be below 1 at {settings.wire.rate_hz:g} Hz")
         load = worst_case_load(self.wire, joints=n, rate_hz=settings.wire.rate_hz, fd=settings.wire.format == "fd")
-        if load > _LOAD_LIMIT:
+        if load > LOAD_LIMIT:
             self._refuse("wire.rate_hz", f"{n} joints would fill the {settings.wire.format} bus to {load:.0%}")
         if self.tick_budget_us > self.period_us:
             self._refuse("deadline.tick_budget_us", f"longer than the period of {self.period_us} us")

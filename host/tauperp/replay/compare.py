@@ -106,6 +106,7 @@ class Comparison:
         self.counts = {name: Count() for name in GUARD_MESSAGES}
         self.first: Difference | None = None
         self.trips: list[LoggedTrip] = []
+        self.verdict: Verdict | None = None  # of the newest tick
         self._guard = Guard(configuration.block(origin.numeric))
         self._period_us = configuration.period_us
         wire = configuration.wire
@@ -181,7 +182,7 @@ class Comparison:
             for frame in self._due:
                 self.counts[self._messages[frame.arbitration_id].name].missing += 1
                 self._differs(None, frame)
-        verdict = self._guard.tick(self._now_us())
+        verdict = self.verdict = self._guard.tick(self._now_us())
         self._note_trip(verdict, logged.timestamp)
         ours, *telemetry = verdict.frames
         self._due = deque(telemetry)

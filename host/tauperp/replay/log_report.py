@@ -13,7 +13,9 @@ from tauperp.provenance import provenance, provenance_line
 from tauperp.replay.buslog import BusLog
 from tauperp.replay.compare import Comparison
 from tauperp.replay.origin import Origin, check_configuration, configuration_of, look_ahead
+from tauperp.replay.showing import LogShow
 from tauperp.scenario import load_scenario, shipped
+from tauperp.sim.moment import Watch
 from tauperp.wire import Wire
 
 
@@ -37,8 +39,9 @@ def replay_log(
     config: str | Path | None = None,
     robot: str | Path | None = None,
     scenario: str | None = None,
+    watch: Watch | None = None,
 ) -> LogReplay:
-    """Compare a whole log.
+    """Compare a whole log; `watch` sees every tick.
 
     config, robot   of the guard in the log: a file or preset; without any, what is shipped is tried
     scenario        a file or shipped name instead: the configuration that `tauperp run` gave it
@@ -49,8 +52,14 @@ def replay_log(
     taken, origin = look_ahead(log, Wire.read(), log.path)
     comparison = Comparison(_configuration(origin, log.path, config, robot, scenario), origin)
     begin = time.monotonic()
+    show = None if watch is None else LogShow(comparison.configuration, watch)
     for frame in itertools.chain(taken, log):
+        cycles = comparison.cycles
         comparison.take(frame)
+        if show is not None:
+            show.hear(frame)
+            if comparison.cycles > cycles and comparison.verdict is not None:
+                show.show(comparison.verdict, frame.timestamp - comparison.begin_s)
     damage = None if log.damage is None else str(log.damage)
     return LogReplay(log.path, comparison, damage, time.monotonic() - begin)
 

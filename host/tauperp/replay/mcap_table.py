@@ -5,6 +5,7 @@ value of that topic's newest message before it; messages that come before every 
 """
 
 import json
+import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,6 +89,7 @@ class _Source:
 def _messages(path: Path, topics: set[str]) -> Iterator[tuple[str, dict[str, int], Any]]:
     """Topic, own times and content of every message on these topics, in the order of the file."""
     try:
+        from mcap.exceptions import EndOfFile
         from mcap.records import Channel, Message
         from mcap.stream_reader import StreamReader
     except ImportError as error:
@@ -114,6 +116,8 @@ def _messages(path: Path, topics: set[str]) -> Iterator[tuple[str, dict[str, int
         except InputError:
             raise
         except Exception as error:  # its decompressors and decoders raise several types on a broken file
-            what = " ".join(str(error).split()) or type(error).__name__
+            cut = isinstance(error, struct.error | EndOfFile)
+            what = "the file ends in the middle of a record" if cut else " ".join(str(error).split())
+            what = what or type(error).__name__
             kind = f"not an .mcap file: {what}" if raw.tell() <= _MAGIC_BYTES else f"after {count} messages: {what}"
             raise TableDamage(f"{path}: byte {raw.tell()}: {kind}") from error

@@ -18,11 +18,13 @@ import can
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.config import TASKS, Configuration, Numeric, TaskName
+from tauperp.busload import worst_case_load
+from tauperp.config import LOAD_LIMIT, TASKS, Configuration, Numeric, TaskName
 from tauperp.errors import InputError
-from tauperp.firmware import Core, Guard, Reason, State, Verdict
+from tauperp.firmware import Core, Guard, Reason, State
 from tauperp.replay.recording import FloatArray, Recording
-from tauperp.sim.moment import Moment, Puppet, Watch
+from tauperp.replay.showing import moment_of
+from tauperp.sim.moment import Puppet, Watch
 from tauperp.wire import Sender
 
 REST_S = 1.0
@@ -67,7 +69,10 @@ def sensor_offset(recording: Recording, core: Core) -> FloatArray:
     """
     rest = recording.time_s < REST_S
     if recording.time_s[-1] < REST_S:
-        raise InputError(f"{recording.path}: shorter than the {REST_S:g} s at rest that it has to begin with")
+        short = f"shorter than the {REST_S:g} s at rest that it has to begin with"
+        raise InputError(
+            f"{recording.damage}; what is before is {short}" if recording.damage else f"{recording.path}: {short}"
+        )
     if recording.touched is not None and recording.touched[rest].any():
         raise InputError(f"{recording.path}: touched in the first {REST_S:g} s, which give the sensors' offsets")
     fastest = np.abs(recording.qd[rest]).max()
@@ -92,9 +97,7 @@ def play(
 
     Raises InputError for a row that the wire cannot carry, and for what `sensor_offset` refuses.
     """
-    configuration = configuration.changed(
-        wire={"rate_hz": 1e6 / recording.period_us}, observer={"torque_sample": "instant"}
-    )
+    configuration = _at_rate_of(recording, configuration)
     offset = sensor_offset(recording, Core(configuration.robot, numeric, configuration))
     guard = Guard(configuration.block(numeric))
     bus = _Bus(recording, configuration, task, offset)
@@ -118,14 +121,17 @@ def play(
             trips.append(Trip(row, at_s, verdict.reason, verdict.joint, verdict.value_nm, verdict.threshold_nm))
         if watch is not None and stage is not None:
             stage.pose(recording.q[row], float(recording.time_s[row]))
-            watch(_moment(stage, verdict, configuration.threshold_nm(task)))
+            watch(moment_of(stage, verdict, configuration.threshold_nm(task)))
     return Playback(recording, configuration, task, offset, residual, index, permitted, tuple(trips), guard.counters)
 
 
-def _moment(stage: Puppet, verdict: Verdict, threshold_nm: FloatArray) -> Moment:
-    tripped = verdict.joint if verdict.state == State.STOPPED else 0
-    torques = (verdict.residual, verdict.index, threshold_nm)
-    return Moment(stage.data.time, stage.model, stage.data, verdict.permitted, tripped, *torques, contact_n=0.0)
+def _at_rate_of(recording: Recording, configuration: Configuration) -> Configuration:
+    """As CAN FD where frames of that rate do not fit onto a classic bus: what is in them is the same."""
+    rate_hz = 1e6 / recording.period_us
+    form = configuration.settings.wire.format
+    if worst_case_load(configuration.wire, joints=configuration.robot.n, rate_hz=rate_hz, fd=False) > LOAD_LIMIT:
+        form = "fd"
+    return configuration.changed(wire={"rate_hz": rate_hz, "format": form}, observer={"torque_sample": "instant"})
 
 
 class _Bus:

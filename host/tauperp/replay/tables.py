@@ -122,7 +122,7 @@ def _text(raw: IO[bytes]) -> io.TextIOWrapper:
     packed = raw.read(2) == _GZIP_MAGIC
     raw.seek(0)
     stream = gzip.GzipFile(fileobj=raw) if packed else raw
-    return io.TextIOWrapper(cast(IO[bytes], stream), encoding="utf-8", newline="")
+    return io.TextIOWrapper(cast(IO[bytes], stream), encoding="utf-8-sig", newline="")
 
 
 def _header(lines: Iterator[list[str]]) -> list[str]:
@@ -171,6 +171,8 @@ def _position(path: Path, header: list[str], column: Column) -> int:
         raise InputError(
             f"{path}: column '{column.name}' cannot hold a list here; give its name room for a joint: {{}}"
         )
+    if header.count(column.name) > 1:
+        raise InputError(f"{path}: column '{column.name}' is there {header.count(column.name)} times")
     try:
         return header.index(column.name)
     except ValueError:

@@ -1,0 +1,50 @@
+"""What a bus log says of the robot, cycle by cycle, for whoever watches: its pose by the log, its guard as replayed."""
+
+import can
+import numpy as np
+
+from tauperp.config import TASKS, Configuration
+from tauperp.firmware import State, Verdict
+from tauperp.sim.moment import Moment, Puppet, Watch
+from tauperp.wire import Receiver
+
+
+class LogShow:
+    """`hear` every frame of the log in its order, and `show` every tick of the replayed guard.
+
+    A joint stays where its last good JointState put it; before the first one it stands at zero.
+    """
+
+    def __init__(self, configuration: Configuration, watch: Watch) -> None:
+        self._watch = watch
+        self._receiver = Receiver(configuration.wire)
+        self._joints = {configuration.wire.message(f"JointState{i + 1}").id: i for i in range(configuration.robot.n)}
+        self._position = np.zeros(configuration.robot.n)
+        self._stage = Puppet(configuration.robot)
+        self._threshold = {
+            number: configuration.threshold_nm(name)
+            for name, number in TASKS.items()
+            if configuration.settings.task[name].index != "off"
+        }
+        self._nothing = np.zeros(configuration.robot.n)
+
+    def hear(self, frame: can.Message) -> None:
+        joint = self._joints.get(frame.arbitration_id)
+        if joint is None:
+            return
+        received = self._receiver.receive(frame)
+        if received is not None and received.status.accepted and not received.invalid:
+            self._position[joint] = received.signals["Position"]
+
+    def show(self, verdict: Verdict, time_s: float) -> None:
+        """time_s since the log's beginning."""
+        self._stage.pose(self._position, time_s)
+        threshold = self._threshold.get(verdict.task, self._nothing)
+        self._watch(moment_of(self._stage, verdict, threshold))
+
+
+def moment_of(stage: Puppet, verdict: Verdict, threshold_nm: np.ndarray) -> Moment:
+    """The stage as it stands, with what the guard says of it; nothing that touches it is known."""
+    tripped = verdict.joint if verdict.state == State.STOPPED else 0
+    torques = (verdict.residual, verdict.index, threshold_nm)
+    return Moment(stage.data.time, stage.model, stage.data, verdict.permitted, tripped, *torques, contact_n=0.0)

@@ -1,0 +1,73 @@
+"""`replay --view` and `--rerun`: what a watch of a bus log sees, against what the log says."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bus_logs import WIRE, frames_of, replayed
+
+from tauperp.cli import main
+from tauperp.sim.moment import Moment
+
+
+def test_a_watch_sees_every_cycle_of_a_log_with_its_pose_and_the_tripped_joint(logs: Path) -> None:
+    seen: list[tuple[float, np.ndarray, bool, int]] = []
+
+    def watch(moment: Moment) -> None:
+        seen.append((moment.time_s, moment.data.qpos[:7].copy(), moment.permitted, moment.tripped_joint))
+        assert len(moment.residual) == len(moment.index) == len(moment.threshold) == 7
+        assert (moment.threshold == (2.0 if seen[1:] else 0.0)).all()  # no task is in force before
+
+    replay = replayed(logs / "fd.log", logs, watch=watch)
+    assert len(seen) == replay.comparison.cycles
+    times = np.array([time_s for time_s, *_ in seen])
+    assert np.allclose(np.diff(times), 0.001)
+    poses = {joint: [] for joint in range(7)}
+    for frame in frames_of(logs / "fd.log"):
+        message = WIRE.by_id[frame.arbitration_id]
+        if message.joint:
+            poses[message.joint - 1].append(message.decode(frame.data)["Position"])
+    for joint, positions in poses.items():
+        # The first frame only begins the count; from the second on each is where the joint stands.
+        assert np.allclose([pose[joint] for _, pose, *_ in seen][1:], positions[1 : len(seen)])
+    (trip,) = replay.comparison.trips
+    assert [joint for *_, joint in seen[trip.cycle : trip.cycle + 5]] == [trip.joint] * 5
+    assert not any(joint for *_, joint in seen[: trip.cycle])
+    assert seen[trip.cycle - 1][2]
+    assert not seen[trip.cycle][2]
+
+
+@pytest.mark.parametrize("kind", ["log", "csv"])
+def test_a_replay_has_a_window_or_says_why_not(
+    logs: Path, tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    log = ["replay", str(logs / "fd.log"), "--scenario", str(logs / "fd.toml")]
+    table = tmp_path / "x.csv"
+    names = ["time", *(f"{name}{i}" for name in ("q", "dq", "tau_J") for i in range(7))]
+    table.write_text("\n".join([",".join(names), *(",".join([str(row), *["0"] * 21]) for row in range(3))]) + "\n")
+    csv = ["replay", "--robot", "panda", "--csv", str(table), "--out", str(tmp_path / "out")]
+    assert main([*(log if kind == "log" else csv), "--view"]) == 2
+    expected = "tauperp: --view needs a display: neither DISPLAY nor WAYLAND_DISPLAY is set\n"
+    assert capsys.readouterr() == ("", expected)
+    assert not (tmp_path / "out").exists()
+
+
+def test_only_one_recording_can_be_watched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", "--robot", "panda", "--csv", "a.csv", "b.csv", "--rerun", str(tmp_path / "x.rrd")]) == 2
+    assert "show one recording" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("rerun") is None, reason="optional: rerun-sdk (the extra 'rerun') is not installed"
+)
+def test_rerun_gets_every_cycle_of_a_log(logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "log.rrd"
+    assert main(["replay", str(logs / "fd.log"), "--scenario", str(logs / "fd.toml"), "--rerun", str(path)]) == 0
+    assert "equal" in capsys.readouterr().out
+    content = path.read_bytes()
+    assert content[:3] == b"RRF"
+    for name in (b"joint1/r_nm", b"joint7/threshold_nm", b"permission", b"robot/links", b"sim_time"):
+        assert name in content
