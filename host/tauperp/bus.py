@@ -1,6 +1,7 @@
 """A CAN bus by python-can, named on the command line as python-can's own tools name it (`--interface`, `--channel`)."""
 
 import argparse
+import logging
 from typing import Any
 
 import can
@@ -9,8 +10,12 @@ from can.cli import create_bus_from_namespace
 
 from tauperp.errors import InputError
 
+# python-can logs an error that it also raises: one line is enough.
+logging.getLogger("can").addHandler(logging.NullHandler())
+
 DEFAULT_INTERFACE = "virtual"
 DEFAULT_CHANNEL = "tauperp"
+SOCKETCAN = "socketcan"
 BITRATE = 1_000_000  # bit/s, classic frames and the arbitration phase of CAN FD
 DATA_BITRATE = 5_000_000  # bit/s, the data phase of CAN FD
 
@@ -31,6 +36,14 @@ def open_bus(namespace: argparse.Namespace | None = None, **options: Any) -> can
         interface = options["interface"] = DEFAULT_INTERFACE
     if interface == DEFAULT_INTERFACE and channel is None:
         channel = options["channel"] = DEFAULT_CHANNEL
+    if (
+        interface == SOCKETCAN
+        and channel is None
+        and not can.util.load_config(config={"interface": interface})["channel"]
+    ):
+        raise InputError(
+            f"CAN bus {interface}: --channel is missing: the network interface"
+        )  # python-can takes them all
     try:
         return create_bus_from_namespace(argparse.Namespace(**named), **options)
     except argparse.ArgumentError as error:  # python-can puts it around whatever a driver raises

@@ -27,6 +27,21 @@ def test_its_words_are_those_of_the_dbc(wire: Wire) -> None:
         assert words == [str(choices[number]) for number in range(len(choices))]
 
 
+def test_in_lockstep_every_line_has_bus_time(
+    start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
+    process = start(configuration, "--lockstep")
+    Robot(configuration, wire, bus).steps(120)
+    run("cansend", "vcan0", "20000088#0000000000000000")
+    process.wait_for_bus("errors")
+    run("ip", "link", "set", "vcan0", "down")
+    process.wait_for_bus("does not take frames")
+    process.end()
+    times = [event["time_s"] for event in process.events()]
+    assert times == sorted(times)
+    assert times[-1] == 0.119, "of the newest cycle"
+
+
 def test_a_reader_that_does_not_read_does_not_stop_it(
     tmp_path: Path, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:

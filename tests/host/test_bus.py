@@ -1,6 +1,8 @@
 """Opening a bus, and how full the wire makes it."""
 
 import argparse
+import subprocess
+import sys
 
 import can
 import pytest
@@ -44,6 +46,7 @@ def test_the_command_line_wins_over_the_callers_options() -> None:
     ("arguments", "place"),
     [
         (("-i", "socketcan", "-c", "nosuchcan0"), "CAN bus socketcan nosuchcan0: "),
+        (("-i", "socketcan"), "CAN bus socketcan: --channel is missing"),
         (("-i", "slcan", "-c", "nosuchtty"), "CAN bus slcan nosuchtty: "),
         (("-c", "can7"), "CAN bus can7: no interface is given"),
     ],
@@ -55,6 +58,16 @@ def test_a_bus_that_does_not_exist_is_one_line_that_says_which(arguments: tuple[
     assert message.startswith(place)
     assert len(message) > len(place)
     assert "\n" not in message
+
+
+def test_the_command_says_it_once(capfd: pytest.CaptureFixture[str]) -> None:
+    """In a process of its own: what python-can logs goes to whatever logs there."""
+    command = [sys.executable, "-m", "tauperp.cli", "monitor", "--once", "-i", "socketcan", "-c", "nosuchcan0"]
+    assert subprocess.run(command, check=False).returncode == 2
+    output = capfd.readouterr()
+    assert output.out == ""
+    assert len(output.err.splitlines()) == 1
+    assert output.err.startswith("tauperp: CAN bus socketcan nosuchcan0: ")
 
 
 def test_a_driver_that_breaks_is_one_line_too(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -84,8 +84,8 @@ static ssize_t put(const journal_t *self, const line_t *line) {
     /* What is left of a torn line is not this one's beginning. */
     const char *const text = self->torn ? line->text : &line->text[1];
     const size_t length = self->torn ? line->length : (line->length - 1u);
-    const ssize_t written = self->is_socket ? send(self->out, text, length, MSG_DONTWAIT | MSG_NOSIGNAL)
-                                            : write(self->out, text, length);
+    const ssize_t written =
+        self->is_socket ? send(self->out, text, length, MSG_DONTWAIT | MSG_NOSIGNAL) : write(self->out, text, length);
     return (written == (ssize_t)length) ? (ssize_t)line->length : written;
 }
 

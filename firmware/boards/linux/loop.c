@@ -32,6 +32,11 @@ static uint64_t grace_us(const guard_config_t *config) {
     return (left < half) ? left : half;
 }
 
+/* What the journal says: guard time, as the states beside it. */
+static uint64_t journal_time(const loop_t *self, uint64_t now_us) {
+    return self->in_lockstep ? self->lockstep.now_us : now_us;
+}
+
 /* --- the bus's troubles ------------------------------------------------------------------------------------------- */
 
 static void withdraw(loop_t *self, guard_reason_t reason) {
@@ -45,7 +50,7 @@ static void withdraw(loop_t *self, guard_reason_t reason) {
 static void bus_failed(loop_t *self, uint64_t now_us, int problem) {
     if (!self->stuck) {
         self->stuck = true;
-        journal_bus(&self->journal, now_us, "does not take frames", strerror(problem));
+        journal_bus(&self->journal, journal_time(self, now_us), "does not take frames", strerror(problem));
         withdraw(self, GUARD_REASON_BUS_DOWN);
     }
     if ((problem == ENODEV) || (problem == ENXIO)) {
@@ -62,7 +67,7 @@ static void look_for_interface(loop_t *self, uint64_t now_us) {
     if ((self->bus.socket < 0) && bus_reopen(&self->bus)) {
         self->overflows = 0;
         if (watch(self, self->bus.socket)) {
-            journal_bus(&self->journal, now_us, "opened anew", NULL);
+            journal_bus(&self->journal, journal_time(self, now_us), "opened anew", NULL);
         } else {
             bus_close(&self->bus);
         }
@@ -89,7 +94,7 @@ static void take_error(loop_t *self, uint64_t now_us, uint32_t error) {
                                  : ((error & BUS_ERROR_OVERFLOW) != 0u)   ? "the controller lost frames"
                                  : ((error & BUS_ERROR_PASSIVE) != 0u)    ? "error passive"
                                                                           : "errors";
-        journal_bus(&self->journal, now_us, what, NULL);
+        journal_bus(&self->journal, journal_time(self, now_us), what, NULL);
     }
 }
 
@@ -97,7 +102,7 @@ static void look_for_overflow(loop_t *self, uint64_t now_us) {
     if (self->bus.overflows != self->overflows) {
         self->counts.overflows += (uint32_t)(self->bus.overflows - self->overflows);
         self->overflows = self->bus.overflows;
-        journal_bus(&self->journal, now_us, "the receive buffer lost frames", NULL);
+        journal_bus(&self->journal, journal_time(self, now_us), "the receive buffer lost frames", NULL);
         withdraw(self, GUARD_REASON_RX_OVERFLOW);
     }
 }
@@ -124,7 +129,7 @@ static void send_answer(loop_t *self, uint64_t now_us) {
         bus_failed(self, now_us, problem);
     } else if (self->stuck) {
         self->stuck = false;
-        journal_bus(&self->journal, now_us, "takes frames again", NULL);
+        journal_bus(&self->journal, journal_time(self, now_us), "takes frames again", NULL);
     } else {
         /* as ever */
     }
@@ -178,7 +183,7 @@ static void look_for_company(loop_t *self, const can_frame_t *frame, uint64_t no
     self->urgent = self->urgent || self->out.permitted;
     if (!self->told_company) {
         self->told_company = true;
-        journal_bus(&self->journal, now_us, "another guard answers on this bus", NULL);
+        journal_bus(&self->journal, journal_time(self, now_us), "another guard answers on this bus", NULL);
     }
 }
 
@@ -264,7 +269,8 @@ static void act_at_once(loop_t *self) {
 static void tell_counts(loop_t *self, uint64_t *last_us) {
     if (self->journal.verbose && (self->clock.latest_us >= (*last_us + US_PER_S))) {
         *last_us = self->clock.latest_us;
-        journal_counts(&self->journal, self->clock.latest_us, &self->counts, &self->guard.counters, false);
+        journal_counts(&self->journal, journal_time(self, self->clock.latest_us), &self->counts, &self->guard.counters,
+                       false);
     }
 }
 
