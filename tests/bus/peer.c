@@ -276,7 +276,8 @@ static int hold(const peer_t *self, uint64_t cycles, uint32_t period_us, char **
             }
         }
         unanswered = done ? 0u : (unanswered + 1u);
-        if (done) {
+        if (done &&
+            (cycle > 0u)) { /* the first frames of all only begin the count: in lockstep silence ends that cycle */
             histogram_add(&state.latency, clock_monotonic_us() - sent_us);
         }
     }

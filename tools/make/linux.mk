@@ -28,11 +28,11 @@ $(eval $(call LINUX_RULES,float,-O2,$(BUILD)))
 $(eval $(call LINUX_RULES,fixed,-O2 $(FLAGS_fixed),$(BUILD)/fixed))
 $(eval $(call LINUX_RULES,sanitized,$(SANITIZE),$(BUILD)/sanitized))
 
-# What its tests and measurements drive it with: tests/bus/peer.c on a bus, tests/bus/soak.c without one.
+# What its tests and measurements drive it with: tests/bus/peer.c on a bus, tests/bus/soak*.c without one.
 $(BUILD)/object/linux-float/tests/bus/%.o: CFLAGS_ALL += -Ifirmware/boards/linux
 PEER_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,tests/bus/peer.c firmware/boards/linux/clock.c \
     firmware/boards/linux/histogram.c $(wildcard firmware/wire/*.c))
-SOAK_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,tests/bus/soak.c \
+SOAK_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,$(wildcard tests/bus/soak*.c) \
     $(filter-out firmware/boards/%,$(LINUX_SOURCES)))
 
 $(BUILD)/bus-peer: $(PEER_OBJECTS)
@@ -40,7 +40,7 @@ $(BUILD)/bus-soak: $(SOAK_OBJECTS)
 $(BUILD)/bus-peer $(BUILD)/bus-soak:
 	@$(CC) -O2 -o $@.new $^
 	@mv $@.new $@
--include $(BUILD)/object/linux-float/tests/bus/peer.d $(BUILD)/object/linux-float/tests/bus/soak.d
+-include $(wildcard $(BUILD)/object/linux-float/tests/bus/*.d)
 
 bus-test: guard guard-sanitized $(BUILD)/bus-peer $(BUILD)/bus-soak
 
