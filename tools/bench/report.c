@@ -12,14 +12,20 @@ void tally_add(tally_t *self, uint32_t instructions) {
     ++self->count;
 }
 
+/* One path for the beginning and the end, so that every stretch has the same overhead. */
+__attribute__((noinline, noclone)) static uint32_t since_last(void) {
+    const uint32_t now = counter_read();
+    const uint32_t instructions = counter_instructions(started, now);
+    started = now;
+    return (instructions > overhead) ? (instructions - overhead) : 0u;
+}
+
 void stretch_begin(void) {
-    started = counter_read();
+    (void)since_last();
 }
 
 uint32_t stretch_end(void) {
-    const uint32_t now = counter_read();
-    const uint32_t instructions = counter_instructions(started, now);
-    return (instructions > overhead) ? (instructions - overhead) : 0u;
+    return since_last();
 }
 
 void stretch_init(void) {
@@ -51,19 +57,36 @@ static void write_number_field(uint32_t number) {
     semihosting_write(" ");
 }
 
+static void write_last_number(uint32_t number) {
+    write_number(number);
+    semihosting_write("\n");
+}
+
 void report_tally(const char *case_name, const char *stage, const tally_t *tally) {
     write_field("count");
     write_field(case_name);
     write_field(stage);
     write_number_field((tally->count > 0u) ? (uint32_t)((tally->sum + tally->count / 2u) / tally->count) : 0u);
     write_number_field(tally->worst);
-    write_number(tally->count);
-    semihosting_write("\n");
+    write_last_number(tally->count);
 }
 
-void report_size(const char *name, uint32_t bytes) {
+void report_deficient(const char *case_name, uint32_t states) {
+    write_field("deficient");
+    write_field(case_name);
+    write_last_number(states);
+}
+
+void report_size(const char *name, uint32_t number) {
     write_field("size");
     write_field(name);
-    write_number(bytes);
-    semihosting_write("\n");
+    write_last_number(number);
+}
+
+void report_agreement(const char *peer, const char *quantity, uint32_t states, uint32_t ppm) {
+    write_field("agree");
+    write_field(peer);
+    write_field(quantity);
+    write_number_field(states);
+    write_last_number(ppm);
 }

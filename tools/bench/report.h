@@ -1,7 +1,9 @@
 /* report: tallies of instruction counts, and the lines in which an image hands them to tools/bench/bench.py:
  *
  *     count CASE STAGE MEAN WORST STATES        (STAGE "total" for the case itself)
- *     size NAME BYTES
+ *     deficient CASE STATES                     whose basis has fewer directions than columns
+ *     size NAME NUMBER
+ *     agree PEER QUANTITY STATES PPM            (agree.c)
  */
 #ifndef TAUPERP_BENCH_REPORT_H
 #define TAUPERP_BENCH_REPORT_H
@@ -16,12 +18,15 @@ typedef struct {
 
 void tally_add(tally_t *self, uint32_t instructions);
 
-/* One stretch of code between begin and end; the cost of looking at the counter is taken out. */
+/* Stretches of code, each from the begin or from the end of the one before it to its own end; the cost of looking at
+ * the counter is taken out. */
 void stretch_init(void);
 void stretch_begin(void);
 uint32_t stretch_end(void);
 
 void report_tally(const char *case_name, const char *stage, const tally_t *tally);
-void report_size(const char *name, uint32_t bytes);
+void report_deficient(const char *case_name, uint32_t states);
+void report_size(const char *name, uint32_t number);
+void report_agreement(const char *peer, const char *quantity, uint32_t states, uint32_t ppm);
 
 #endif

@@ -1,11 +1,9 @@
 """Worst stack of a program from gcc's -fcallgraph-info=su files: the heaviest path through the call graph."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-
-# What a function of newlib or libgcc (memcpy, float helpers of a core without FPU, sqrtf) may push: gcc wrote no file.
-LIBRARY_BYTES = 64
 
 _NODE = re.compile(r'node: \{ title: "([^"]+)" label: "([^"]*)"')
 _EDGE = re.compile(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"')
@@ -14,8 +12,12 @@ _BYTES = re.compile(r"(\d+) bytes \((static|dynamic|dynamic,bounded)\)")
 
 @dataclass
 class CallGraph:
-    """Functions by gcc's names (`file:function` where static) with their frames in bytes and whom they call."""
+    """Functions by gcc's names (`file:function` where static) with their frames in bytes and whom they call.
 
+    `library` tells the bytes of a function that gcc wrote no graph of: a helper of libgcc or newlib.
+    """
+
+    library: Callable[[str], int]
     frames: dict[str, int] = field(default_factory=dict)
     calls: dict[str, set[str]] = field(default_factory=dict)
     unbounded: list[str] = field(default_factory=list)
@@ -26,7 +28,7 @@ class CallGraph:
         for title, label in _NODE.findall(text):
             size = _BYTES.search(label)
             if size:
-                self.frames[title] = int(size[1])
+                self.frames[title] = max(int(size[1]), self.frames.get(title, 0))  # clones share a name
                 if size[2] == "dynamic":
                     self.unbounded.append(title)
         for source, target in _EDGE.findall(text):
@@ -41,7 +43,7 @@ class CallGraph:
         if root in self.unbounded:
             raise ValueError(f"{root}: its frame has no bound")
         if root not in self.frames:
-            return LIBRARY_BYTES
+            return self.library(root)
         callees = self.calls.get(root, set())
         if "__indirect_call" in callees:
             raise ValueError(f"{root} calls through a pointer")
@@ -50,9 +52,9 @@ class CallGraph:
         return self.known[root]
 
 
-def worst_stack(folder: Path, roots: tuple[str, ...]) -> int:
+def worst_stack(folder: Path, roots: tuple[str, ...], library: Callable[[str], int]) -> int:
     """The largest of the roots' needs, over every .ci file below `folder`."""
-    graph = CallGraph()
+    graph = CallGraph(library)
     files = sorted(folder.rglob("*.ci"))
     if not files:
         raise ValueError(f"{folder}: no call graphs")

@@ -74,3 +74,13 @@ void states_advance(bench_state_t *self, const guard_config_t *config, random_t 
     }
     torques(self, &config->robot, random);
 }
+
+bool states_next(bench_state_t *self, const guard_config_t *config, random_t *random, uint32_t index) {
+    const bool jump = (index % 2u) == 0u;
+    if (jump) {
+        states_jump(self, config, random);
+    } else {
+        states_advance(self, config, random);
+    }
+    return jump;
+}

@@ -24,4 +24,7 @@ void states_jump(bench_state_t *self, const guard_config_t *config, random_t *ra
 /* Goes on by one period; joints that would leave their range turn back. */
 void states_advance(bench_state_t *self, const guard_config_t *config, random_t *random);
 
+/* State number `index` from the one before it: a jump for an even one. True for a jump. */
+bool states_next(bench_state_t *self, const guard_config_t *config, random_t *random, uint32_t index);
+
 #endif

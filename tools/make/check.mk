@@ -1,6 +1,6 @@
 # The gates: what must hold of the checkout. tools/gates runs them to the end and counts.
 FORMATTED_C = $(filter-out firmware/wire/messages.% firmware/wire/protocol.% firmware/robots/%,\
-    $(wildcard firmware/*/*.[ch] firmware/boards/*/*.[ch] tests/*/*.[ch] tools/*/*.[ch]))
+    $(wildcard firmware/*/*.[ch] firmware/boards/*/*.[ch] tests/*/*.[ch] tools/*/*.[ch] tools/*/*.cpp))
 PYTHON_SOURCES = host $(wildcard tests tools/*/*.py) $(shell grep -lsE '^\#!.*python' tools/*)
 CLANG ?= clang
 
@@ -8,7 +8,7 @@ CLANG ?= clang
 
 test: ## every test this machine can run; ends with "N passed, N failed"
 	@tools/gates test $(NUMERICS:%=unit-%) host-test \
-	    $(if $(wildcard tests/bus/test_*.py),bus-test) $(if $(wildcard tests/target/test_*.py),test-target)
+	    $(if $(wildcard tests/bus/test_*.py),bus-test) $(if $(wildcard tests/target/test_*.py),test-target) bench-check
 
 # run_pytest GATE, FOLDER, the command to run it in
 run_pytest = $(3) $(VENV)/bin/python -m pytest -q --junitxml=$(BUILD)/results/$(1).xml $(2)

@@ -1,0 +1,72 @@
+"""Counts against the committed ones. Counts are exact and repeat, so a growth of more than 1 % is not noise."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+LIMIT = 1.01
+UNJUDGED = ("permitted_ticks", "rank_deficient")  # of the states, not of the code
+
+Counts = dict[str, Any]
+
+
+def system() -> str:
+    """Distribution and release, which settle the compilers' versions."""
+    try:
+        lines = Path("/etc/os-release").read_text().splitlines()
+    except OSError:
+        return "unknown"
+    words = dict(line.split("=", 1) for line in lines if "=" in line)
+    return f"{words.get('ID', '')} {words.get('VERSION_ID', '')}".replace('"', "").strip()
+
+
+def grown(now: Counts, before: Counts, place: str) -> list[str]:
+    """Every number that is above LIMIT times the baseline's or is not there any more, with its place."""
+    found: list[str] = []
+    for key, old in before.items():
+        where = f"{place}.{key}"
+        new = now.get(key)
+        if new is None:
+            found.append(f"{where} is in the baseline and was not counted")
+        elif isinstance(old, dict):
+            found += grown(new, old, where)
+        elif key == "states":
+            if new != old:
+                found.append(f"{where}: {new}, the baseline has {old}")
+        elif key not in UNJUDGED and new > old * LIMIT:
+            found.append(f"{where}: {new}, the baseline is {old}")
+    return found
+
+
+@dataclass
+class Verdict:
+    passed: int = 0  # targets and numeric types
+    failures: list[str] = field(default_factory=list)
+    failed: int = 0
+    skipped: list[str] = field(default_factory=list)
+
+
+def judge(results: Counts, compilers: dict[str, str], baseline: Counts, here: str) -> Verdict:
+    """results: {target: {numeric: counts, ...}}; baseline: that and {"about": {"system", "compilers"}}.
+
+    A target that another compiler built is not compared, and that is said; on the baseline's own system, where the
+    release settles the version, it is a failure of the baseline, not optional.
+    """
+    verdict = Verdict()
+    about = baseline["about"]
+    for target, numerics in results.items():
+        known, built = about["compilers"].get(target), compilers[target]
+        if known is not None and known != built:
+            optional = "" if here == about["system"] else "optional: "
+            verdict.skipped.append(f"{optional}counts on {target}: the baseline is by {known}, these by {built}")
+            continue
+        for numeric, counts in numerics.items():
+            if not isinstance(counts, dict):
+                continue
+            before = baseline.get(target, {}).get(numeric)
+            missing = [f"{target}.{numeric} has no baseline"]
+            found = missing if before is None else grown(counts, before, f"{target}.{numeric}")
+            verdict.failures += found
+            verdict.failed += bool(found)
+            verdict.passed += not found
+    return verdict

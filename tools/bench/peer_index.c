@@ -1,0 +1,73 @@
+/* index_step by way of a peer's projection, and of the fields that the guard reads afterwards. */
+#include <string.h>
+
+#include "peer.h"
+
+static void finish(index_t *self, index_kind_t kind, unsigned rank) {
+    self->kind = (uint32_t)kind;
+    self->subspace.rank = rank;
+    self->subspace.converged = true;
+}
+
+static peer_task_t task_of(const subspace_config_t *config, index_kind_t kind, const motion_t *motion,
+                           const vec3_t *acceleration) {
+    static const float down[3] = {0.0F, 0.0F, -1.0F}; /* an upright arm: fixed when the program is written */
+    return (peer_task_t){.jacobian = &motion->jacobian[0][0],
+                         .acceleration = (kind == INDEX_PAYLOAD) ? &acceleration->x : 0,
+                         .down = down,
+                         .lever = config->lever_m,
+                         .tolerance = config->tolerance};
+}
+
+void peer_svd_index_step(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
+                         const motion_t *motion, const observer_t *observer, vec3_t acceleration) {
+    (void)robot;
+    if ((kind != INDEX_PAYLOAD) && (kind != INDEX_CONTACT)) {
+        memcpy(self->value, observer->residual, sizeof(self->value));
+        finish(self, kind, 0);
+        return;
+    }
+    float singular[PEER_COLUMNS];
+    const peer_task_t task = task_of(config, kind, motion, &acceleration);
+    const unsigned rank = peer_svd_project(&task, observer->residual, self->value, singular);
+    finish(self, kind, rank);
+}
+
+void peer_qr_index_step(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
+                        const motion_t *motion, const observer_t *observer, vec3_t acceleration) {
+    (void)robot;
+    if ((kind != INDEX_PAYLOAD) && (kind != INDEX_CONTACT)) {
+        memcpy(self->value, observer->residual, sizeof(self->value));
+        finish(self, kind, 0);
+        return;
+    }
+    const peer_task_t task = task_of(config, kind, motion, &acceleration);
+    finish(self, kind, peer_qr_project(&task, observer->residual, self->value));
+}
+
+void peer_pinocchio_motion_step(motion_t *self, const robot_t *robot, const float q[], const float qd[]) {
+    (void)robot;
+    peer_pinocchio_terms(q, qd, self->momentum, self->coriolis, self->gravity, &self->jacobian[0][0]);
+}
+
+#ifdef __arm__
+#include <stddef.h>
+
+#include "semihosting.h"
+
+/* Eigen's code for large matrices is linked, but matrices of fixed size must not need it: an image that allocates ends.
+ */
+void *malloc(size_t bytes);
+void free(void *block);
+
+void *malloc(size_t bytes) {
+    (void)bytes;
+    semihosting_exit(1);
+}
+
+void free(void *block) {
+    if (block != NULL) {
+        semihosting_exit(1);
+    }
+}
+#endif
