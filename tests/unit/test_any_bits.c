@@ -29,8 +29,8 @@ void setUp(void) {}
 void tearDown(void) {}
 
 static void assert_within_bounds(const subspace_t *subspace) {
-    TEST_ASSERT_TRUE(subspace->sweeps <= SUBSPACE_MAX_SWEEPS);
-    TEST_ASSERT_TRUE(subspace->turns <= SUBSPACE_MAX_TURNS);
+    TEST_ASSERT_TRUE(subspace->path.sweeps <= BIDIAGONAL_MAX_SWEEPS);
+    TEST_ASSERT_TRUE(subspace->path.turns <= BIDIAGONAL_MAX_TURNS);
     TEST_ASSERT_TRUE(subspace->rank <= subspace->directions);
     TEST_ASSERT_TRUE(subspace->converged || (subspace->rank == 0u));
 }
@@ -64,8 +64,8 @@ static void test_a_projection_ends_and_says_whether_it_is_one(void) {
             TEST_ASSERT_TRUE(all_finite(rejected, n) || !all_below(tau, n, NUM(500)));
             ++within;
         }
-        sweeps = (subspace.sweeps > sweeps) ? subspace.sweeps : sweeps;
-        turns = (subspace.turns > turns) ? subspace.turns : turns;
+        sweeps = (subspace.path.sweeps > sweeps) ? subspace.path.sweeps : sweeps;
+        turns = (subspace.path.turns > turns) ? subspace.path.turns : turns;
         converged += subspace.converged ? 1u : 0u;
         refused += subspace.converged ? 0u : 1u;
     }
