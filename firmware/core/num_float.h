@@ -12,8 +12,12 @@ typedef float num_inverse_t; /* 1 / sqrt(.) */
 
 #define NUM_INVERSE_NONE 0.0f /* times it, anything is zero */
 
-/* A function that is worth a copy for each constant that it is called with. */
+/* A function that is worth a copy for each constant that it is called with; not where every product is a call. */
+#ifdef __SOFTFP__
+#define NUM_STEP static __attribute__((noinline))
+#else
 #define NUM_STEP static inline __attribute__((always_inline))
+#endif
 
 static inline num_t num_abs(num_t a) {
     return __builtin_fabsf(a);

@@ -1,5 +1,6 @@
 # Instruction counts: one program a target, numeric type and purpose, run in QEMU, on the host under Valgrind.
 BENCH_ROBOT := ku_dex
+BENCH_JOINTS := 7
 BENCH_ALL := $(TARGETS) $(if $(filter x86_64,$(shell uname -m)),host)
 BENCH_TARGETS ?= $(BENCH_ALL)
 BENCH_NUMERICS ?= float fixed
@@ -27,15 +28,15 @@ $(foreach target,$(TARGETS),\
     $(eval BENCH_LIBRARIES_$(target) := $(LIBRARIES)))
 
 define BENCH_HOST_RULES
-$(BUILD)/object/host-$(1)$(OPT)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk tools/bench/bench.mk
+$(BUILD)/object/host-$(1)$(OPT)-$(BENCH_JOINTS)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk tools/bench/bench.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< (host, $(1))'
-	@$$(CC) $$(CFLAGS_HOST) $$(FLAGS_STACK) $(FLAGS_$(1)) $$(call optimisation_of,$$<,$(1)) $$(call warnings_for,$$<) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_HOST) $$(FLAGS_STACK) $(FLAGS_$(1)) -DROBOT_JOINTS=$(BENCH_JOINTS)u $$(call optimisation_of,$$<,$(1)) $(STRICT) -c -o $$@ $$<
 endef
 $(foreach numeric,float fixed,$(eval $(call BENCH_HOST_RULES,$(numeric))))
 
 # $(call bench_objects,TARGET,NUMERIC,PROGRAM), $(call bench_link,TARGET,NUMERIC): everything but the objects of a link
-bench_object = $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)/,$(addsuffix .o,$(basename $(3))))
+bench_object = $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)-$(BENCH_JOINTS)/,$(addsuffix .o,$(basename $(3))))
 bench_objects = $(call bench_object,$(1),$(2),$(BENCH_FIRMWARE_$(3)) $(BENCH_SOURCES) $(BENCH_SOURCES_$(HOME_$(1))) tools/bench/$(3).c)
 bench_block = $(BUILD)/block/$(1)/$(BENCH_ROBOT).bin
 bench_parts = firmware/boards/common/config.S $(call bench_block,$(2)) $(wildcard firmware/boards/$(HOME_$(1))/*.ld)
@@ -72,7 +73,7 @@ bench-images: $(foreach numeric,$(BENCH_NUMERICS),$(foreach target,$(BENCH_TARGE
 bench: ## count instructions, flash, RAM and stack, ours and what one would take instead; out/bench.json
 	@tools/toolbox $(BENCH_TOOLS) $(if $(BENCH_PEERS),eigen)
 	@$(MAKE) -j $(JOBS) bench-images > /dev/null
-	@CC='$(CC)' CROSS='$(CROSS)' $(PYTHON) tools/bench/bench.py --opt=$(OPT) --jobs $(JOBS) $(BENCH_ARGUMENTS) $(BENCH_RUNS) \
+	@CC='$(CC)' CROSS='$(CROSS)' $(PYTHON) tools/bench/bench.py --opt=$(OPT) --joints=$(BENCH_JOINTS) --jobs $(JOBS) $(BENCH_ARGUMENTS) $(BENCH_RUNS) \
 	    $(if $(BENCH_PEERS),--peers $(call peer_runs,$(BENCH_TARGETS)))
 
 bench-baseline: ## count ours alone, and keep the numbers as what later ones are measured against

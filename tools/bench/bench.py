@@ -39,7 +39,9 @@ from images import Counts, Peer
 from table import table
 
 
-def count_all(runs: list[tuple[str, str]], peers: list[Peer], opt: str, jobs: int) -> tuple[Counts, Counts]:
+def count_all(
+    runs: list[tuple[str, str]], peers: list[Peer], opt: str, joints: int, jobs: int
+) -> tuple[Counts, Counts]:
     """Ours and the peers', several programs at a time: an instruction count does not mind."""
     targets = list(dict.fromkeys(peer.target for peer in peers))
     levels = list(dict.fromkeys((peer.target, peer.name[peer.name.rindex("-") :]) for peer in peers))
@@ -47,7 +49,7 @@ def count_all(runs: list[tuple[str, str]], peers: list[Peer], opt: str, jobs: in
         # The longest first. An agreement that fails stops before anything is shown.
         theirs = {peer: pool.submit(images.count_peer, peer) for peer in peers}
         agreed = {run: pool.submit(images.agreement, *run) for run in levels}
-        ours = {run: pool.submit(images.count, *run, opt) for run in runs}
+        ours = {run: pool.submit(images.count, *run, opt, joints) for run in runs}
         results: Counts = {}
         for (target, numeric), counts in ours.items():
             results.setdefault(target, {})[numeric] = counts.result()
@@ -81,6 +83,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("images", nargs="+", metavar="TARGET:NUMERIC")
     parser.add_argument("--opt", default="-O2")
+    parser.add_argument("--joints", type=int, default=7, help="how many joints the images are built for")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--peers", nargs="*", default=[], metavar="TARGET:PEER", help="what one would take instead")
     parser.add_argument("--baseline", type=Path)
@@ -91,7 +94,7 @@ def main() -> int:
     runs = [(target, numeric) for target, _, numeric in (name.partition(":") for name in args.images)]
     peers = [Peer(target, peer) for target, _, peer in (name.partition(":") for name in args.peers)]
     try:
-        results, others = count_all(runs, peers, args.opt, args.jobs)
+        results, others = count_all(runs, peers, args.opt, args.joints, args.jobs)
         compilers = {target: images.compiler(target) for target in results}
     except (RuntimeError, ValueError, OSError, subprocess.SubprocessError) as error:
         print(f"bench: {error}", file=sys.stderr)

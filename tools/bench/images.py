@@ -87,7 +87,7 @@ def flash_bytes(target: str, image: Path) -> int:
     return int(text) + int(data)
 
 
-def stack_bytes(target: str, numeric: str, opt: str) -> int:
+def stack_bytes(target: str, numeric: str, opt: str, joints: int) -> int:
     """The most that any call of the guard takes, by gcc's call graphs; libgcc's helpers by their code."""
     image = f"{BUILD}/bench/{target}-{numeric}{opt}-guard.elf"
 
@@ -101,17 +101,17 @@ def stack_bytes(target: str, numeric: str, opt: str) -> int:
             raise ValueError(f"the firmware calls {name}, of which there is no call graph")
         return bound(functions, name)
 
-    return worst_stack(BUILD / "object" / f"{target}-{numeric}{opt}" / "firmware", ROOTS, library)
+    return worst_stack(BUILD / "object" / f"{target}-{numeric}{opt}-{joints}" / "firmware", ROOTS, library)
 
 
-def count(target: str, numeric: str, opt: str) -> Counts:
+def count(target: str, numeric: str, opt: str, joints: int) -> Counts:
     """All counts of ours for one target and numeric type."""
     image = f"{BUILD}/bench/{target}-{numeric}{opt}"
     result: Counts = {}
     for program in ("stages", "guard"):
         read_counts(lines_of(target, Path(f"{image}-{program}.elf")), result)
     result["flash_bytes"] = flash_bytes(target, Path(f"{image}-image.elf"))
-    result["stack_bytes"] = stack_bytes(target, numeric, opt)
+    result["stack_bytes"] = stack_bytes(target, numeric, opt, joints)
     if result["painted_stack_bytes"] > result["stack_bytes"]:
         raise RuntimeError(f"{image}: stack {result['painted_stack_bytes']} touched, {result['stack_bytes']} known")
     return result

@@ -4,11 +4,11 @@ TARGETS := m3 m4f m7 r5f
 # What ships. Float: loops of fixed length along a column are worth the flash that unrolling them takes. Fixed point: what
 # is saved by unrolling is little beside 64-bit products, and flash is short.
 OPT ?= -O2
-HOT := $(addprefix firmware/core/,motion.c bidiagonal.c subspace.c index.c)
+HOT := $(addprefix firmware/core/,motion.c bidiagonal.c subspace.c)
 OPT_float = $(if $(filter $(HOT),$(1)),-O3,$(OPT))
 OPT_fixed = $(if $(filter firmware/core/%,$(1)),-Os,$(OPT))
-# $(call optimisation_of,FILE,NUMERIC)
-optimisation_of = $(call OPT_$(2),$(1))
+# $(call optimisation_of,FILE,NUMERIC,TARGET): the M3 has no floating point, so each product is a call there.
+optimisation_of = $(call OPT_$(if $(filter m3,$(3)),fixed,$(2)),$(1))
 
 CPU_m3 := -mcpu=cortex-m3 -mthumb
 CPU_m4f := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
@@ -45,18 +45,21 @@ $(BUILD)/block/$(1)/%.bin: $(BLOCK_SOURCES)
 endef
 $(foreach numeric,float fixed,$(eval $(call BLOCK_RULES,$(numeric))))
 
-# Objects of the firmware and of the images' own sources: build/object/TARGET-NUMERIC-OPT/path.o
+# Objects of the firmware and of the images' own sources: build/object/TARGET-NUMERIC-OPT/path.o, and for a robot with so
+# many joints at most (ROBOT_JOINTS) in .../TARGET-NUMERIC-OPT-JOINTS. The longest arm the wire has room for has 8.
+# $(call OBJECT_RULES,TARGET,NUMERIC,SUFFIX,JOINTS)
 define OBJECT_RULES
-$(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
+$(BUILD)/object/$(1)-$(2)$(OPT)$(3)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
-	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) $$(call optimisation_of,$$<,$(2)) $(STRICT) -c -o $$@ $$<
+	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) -DROBOT_JOINTS=$(4)u $$(call optimisation_of,$$<,$(2),$(1)) $(STRICT) -c -o $$@ $$<
 
-$(BUILD)/object/$(1)-$(2)$(OPT)/%.o: %.S tools/make/boards.mk
+$(BUILD)/object/$(1)-$(2)$(OPT)$(3)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $$(@D)
 	@$(CROSS)gcc $(CPU_$(1)) -g -MMD -MP -c -o $$@ $$<
 endef
-$(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call OBJECT_RULES,$(target),$(numeric)))))
+$(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call OBJECT_RULES,$(target),$(numeric),,8))\
+    $(eval $(call OBJECT_RULES,$(target),$(numeric),-7,7))))
 
 # make firmware BOARD=versal_r5 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed] [LOCKSTEP=1] [SILICON=1]
 BOARD ?= versal_r5
@@ -69,7 +72,9 @@ LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
 FLAGS_BOARD := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP) $(if $(SILICON),-DTAUPERP_SILICON)
 # BLOCK=file: a block that was made already, instead of one of CONFIG and ROBOT.
 IMAGE = $(BUILD)/firmware/$(BOARD)-$(if $(filter default paper,$(CONFIG)),$(ROBOT),$(basename $(notdir $(CONFIG))))$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep)$(if $(SILICON),-silicon).elf
-IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)$(if $(SILICON),-silicon)
+# As many joints as the block's robot has, which `firmware` looks up.
+JOINTS ?= 8
+IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(JOINTS)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)$(if $(SILICON),-silicon)
 IMAGE_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(COMMON_SOURCES) \
     $(filter-out %/counter.c,$(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S))
 # A configuration of one's own names its robot, unless ROBOT is given as well.
@@ -80,12 +85,18 @@ CONFIG_COMMAND = $(TAUPERP) config $(CONFIG) $(IMAGE_ROBOT) --numeric $(BLOCK_NU
 # $(call one_of,NAMES,WORD,WHAT): make ends with one line if the word is none of the names.
 one_of = $(if $(filter 1,$(words $(2))),$(if $(filter $(1),$(2)),,$(error there is no $(3) $(2): $(1))),$(error $(3): one of $(1)))
 
+# A word of a configuration block, by its place in guard_config_t (tests/host/test_config_block.py holds them all).
+word_of = od -An -tu4 -j$(2) -N4 $(1) | tr -d ' '
+CRC_AT := 12
+JOINTS_AT := 308
+
 # Whatever is wrong with the configuration is said before anything is compiled.
 .PHONY: firmware
 firmware: $(VENV_STAMP) ## build an image: make firmware BOARD=versal_r5|stm32g4 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed]
 	@$(call one_of,$(BOARDS),$(BOARD),board)$(call one_of,float fixed,$(NUMERIC),numeric type)
 	@$(if $(BLOCK),[ -f $(BLOCK) ] || { echo "$(BLOCK): no such block" >&2; exit 2; },$(CONFIG_COMMAND) > /dev/null)
-	@$(MAKE) -j $(JOBS) $(IMAGE)
+	@$(MAKE) $(IMAGE_BLOCK)
+	@$(MAKE) -j $(JOBS) JOINTS=$$($(call word_of,$(IMAGE_BLOCK),$(JOINTS_AT))) $(IMAGE)
 	@$(CROSS)size $(IMAGE)
 
 $(IMAGE_BLOCK): $(if $(BLOCK),$(BLOCK),$(VENV_STAMP) dbc/tauperp.dbc) FORCE
@@ -97,7 +108,7 @@ $(IMAGE_BLOCK): $(if $(BLOCK),$(BLOCK),$(VENV_STAMP) dbc/tauperp.dbc) FORCE
 $(IMAGE_OBJECTS)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $(@D)
 	@echo 'cc $< ($(BOARD), $(NUMERIC))'
-	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) $(FLAGS_BOARD) $(call optimisation_of,$<,$(NUMERIC)) $(STRICT) -c -o $@ $<
+	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) -DROBOT_JOINTS=$(JOINTS)u $(FLAGS_BOARD) $(call optimisation_of,$<,$(NUMERIC)) $(STRICT) -c -o $@ $<
 
 $(IMAGE_OBJECTS)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $(@D)
@@ -109,7 +120,7 @@ $(IMAGE): $(IMAGE_LINKED) $(IMAGE_BLOCK) firmware/boards/common/config.S firmwar
 	@mkdir -p $(@D)
 	@echo 'ld $@'
 	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(FLAGS_$(NUMERIC)) $(OPT) $(STRICT) \
-	    -include $(BUILD)/build_id.h -DTAUPERP_BOARD='"$(BOARD)"' -DTAUPERP_CONFIG_CRC=0x$$(od -An -tx4 -j12 -N4 $(IMAGE_BLOCK) | tr -d ' ')u \
+	    -include $(BUILD)/build_id.h -DTAUPERP_BOARD='"$(BOARD)"' -DTAUPERP_CONFIG_CRC=$$($(call word_of,$(IMAGE_BLOCK),$(CRC_AT)))u \
 	    -DCONFIG_BLOCK='"$(IMAGE_BLOCK)"' $(LDFLAGS_TARGET) -T firmware/boards/$(BOARD)/$(BOARD).ld -o $@ \
 	    firmware/boards/common/config.S firmware/boards/common/identity.c $(IMAGE_LINKED) $(LIBRARIES)
 
