@@ -61,8 +61,8 @@ include tools/bench/peers.mk
 BASELINE := tools/bench/baseline.json
 BENCH_RUNS = $(foreach numeric,$(BENCH_NUMERICS),$(BENCH_TARGETS:%=%:$(numeric)))
 BENCH_TOOLS = $(if $(filter $(TARGETS),$(BENCH_TARGETS)),qemu arm) $(if $(filter host,$(BENCH_TARGETS)),valgrind)
-# PEERS= leaves the peers out; they compute in float alone.
-PEERS := 1
+# A selection of targets is counted without the peers, which take minutes to compile, unless PEERS=1. They have no fixed.
+PEERS := $(if $(filter file,$(origin BENCH_TARGETS)),1)
 BENCH_PEERS = $(and $(PEERS),$(filter float,$(BENCH_NUMERICS)))
 BENCH_ARGUMENTS := --json out/bench.json --baseline $(BASELINE)
 
