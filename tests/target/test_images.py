@@ -1,6 +1,7 @@
 """`make firmware`: any board with any robot, and what is wrong said before anything is built; `tauperp version` on the
 images, and GuardStatus of the guard in them."""
 
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -89,3 +90,30 @@ def test_there_is_one_board_to_flash() -> None:
     )
     assert done.returncode == 2
     assert "there is no board to flash versal_r5: stm32g4" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("tool", "words"),
+    [
+        ("openocd", "-c program build/firmware/stm32g4-panda.elf verify reset exit"),
+        ("st-flash", "write build/firmware/stm32g4-panda.bin 0x08000000"),
+    ],
+)
+def test_an_image_is_flashed_by_the_tool_that_is_there(tool: str, words: str, tmp_path: Path) -> None:
+    """A tool that only says what it was asked for."""
+    stub = tmp_path / tool
+    stub.write_text('#!/bin/sh\necho "asked: $*"\n')
+    stub.chmod(0o755)
+    here = "/usr/local/bin:/usr/bin:/bin"
+    if tool != "openocd" and shutil.which("openocd", path=here):
+        pytest.skip("optional: openocd is installed and comes first")
+    done = subprocess.run(
+        ["make", "-C", str(ROOT), "flash", "BOARD=stm32g4", "ROBOT=panda"],
+        capture_output=True,
+        text=True,
+        env={"PATH": f"{tmp_path}:{here}", "HOME": str(tmp_path)},
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    asked = next(line for line in done.stdout.splitlines() if line.startswith("asked: "))
+    assert words in asked
