@@ -33,6 +33,14 @@ def test_every_board_takes_every_robot(board: str, numeric: str) -> None:
         assert image.wire_crc == configuration.wire.hash
 
 
+def test_an_image_for_the_device_drives_pin_and_watchdog_by_their_registers() -> None:
+    """Which the emulator does not have: for it there are words in memory."""
+    for silicon, in_memory in (("", True), ("1", False)):
+        place, _ = image_of(f"silicon-{silicon}", "BOARD=versal_r5", f"SILICON={silicon}")
+        names = subprocess.run(["arm-none-eabi-nm", place], capture_output=True, text=True, check=True).stdout
+        assert ("output_words" in names) == in_memory
+
+
 def test_a_file_of_ones_own_becomes_an_image_of_its_name(tmp_path: Path) -> None:
     cell = tmp_path / "my_cell.toml"
     cell.write_text('robot = "panda"\npreset = "paper"\n[task.none]\nthreshold_nm = 1.7\n')
