@@ -1,6 +1,7 @@
 """The process at its two ends: what it says before it begins, and its last word."""
 
 import re
+import shutil
 import signal
 import subprocess
 from pathlib import Path
@@ -122,6 +123,20 @@ def test_what_is_not_allowed_is_said_and_it_runs_without(block: Path) -> None:
     assert process.returncode == 0
     assert re.search(r" state Stopped: Shutdown| state Waiting", output), output
     assert " end " in output
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="optional: no systemd here to read the unit")
+def test_systemd_takes_the_unit_and_the_process_its_options(tmp_path: Path) -> None:
+    text = (bus_guard.ROOT / "firmware" / "boards" / "linux" / "tauperp-guard.service").read_text()
+    unit = tmp_path / "tauperp-guard@.service"
+    unit.write_text(text.replace("/usr/local/bin/tauperp-guard", str(bus_guard.RELEASE)))
+    verify = ["systemd-analyze", "verify", str(tmp_path / "tauperp-guard@can7.service")]
+    result = subprocess.run(verify, capture_output=True, text=True, timeout=60)
+    assert [line for line in result.stderr.splitlines() if "tauperp" in line] == []
+    assert result.returncode == 0, result.stderr
+    (line,) = re.findall(r"^ExecStart=\S+ (.*)$", text, re.MULTILINE)
+    options = line.replace("%i", "can7").replace("${ROBOT}", "panda").replace("/etc/tauperp/guard.bin", "no-such")
+    assert run_guard(*options.split()).stderr == "tauperp-guard: no-such: No such file or directory\n"
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

@@ -194,6 +194,13 @@ def test_a_guard_with_another_configuration_is_said(scenario: Scenario) -> None:
     assert f"{scenario.configuration.crc():08x}" in line
 
 
+def test_a_guard_that_told_nothing_is_not_said_to_be_configured_as_the_scenario(scenario: Scenario) -> None:
+    with GuardThread(scenario.configuration, mute_from=2):
+        guard = against_bus(scenario, IMPATIENCE).report["guard"]
+    assert guard["config_crc"] is None
+    assert guard["differences"] == ["it has not told its configuration"]
+
+
 def test_a_guard_that_falls_silent_ends_the_run_and_the_robot_has_stopped_by_itself(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration, mute_from=400):
         outcome = against_bus(scenario, Patience(30.0, 0.5))

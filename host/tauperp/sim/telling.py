@@ -41,7 +41,9 @@ class GuardIdentity:
             lines.append(f"it speaks version {self.wire_version} of the wire, not {configuration.wire.version}")
         numerics = [numeric for numeric in NUMERICS if self.numeric in (None, numeric)]
         expected = [f"{configuration.crc(numeric):08x}" for numeric in numerics]
-        if self.config_crc is not None and self.config_crc not in expected:
+        if self.config_crc is None:
+            lines.append("it has not told its configuration")
+        elif self.config_crc not in expected:
             lines.append(f"its configuration is {self.config_crc}, the scenario's {' or '.join(expected)}")
         return lines
 
