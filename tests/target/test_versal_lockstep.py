@@ -14,9 +14,10 @@ from emulator import Emulator, versal_image
 
 from tauperp.bus import open_bus
 from tauperp.config import Numeric
-from tauperp.firmware import Guard, Reason, Verdict
+from tauperp.firmware import Guard, Reason, State, Verdict
 from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.sim.lockstep import Lockstep
+from tauperp.wire import Sender, Wire
 
 CHANNEL = "vcan0"
 FROM_GUARD = (0x010, 0x200, 0x201)
@@ -96,3 +97,16 @@ def test_an_experiment_has_the_same_stops_and_the_same_bytes_as_with_the_library
     assert [stop.reason for stop in trace.stops].count(Reason.COLLISION) == strikes > 0
     assert lines.count("permission") == strikes + 1
     assert not any("fault" in line for line in lines)
+
+
+def test_a_stop_command_of_another_guard_gets_through_the_filters_and_stops_it() -> None:
+    configuration = load_scenario(shipped("contact")).configuration
+    image = versal_image("contact-float", configuration.block("float32"), numeric="float")
+    sender = Sender(Wire.read(), fd=True)
+    with Emulator(image, CHANNEL) as emulator, open_bus(interface="socketcan", channel=CHANNEL, fd=True) as robot:
+        emulator.wait_for("on the bus")
+        for cycle in range(6):  # each Sync is the tick of the cycle before
+            robot.send(sender.frame("Sync", {"Cycle": cycle}, cycle=cycle))
+            if cycle == 3:
+                robot.send(can.Message(arbitration_id=0x010, is_extended_id=False, is_fd=True, data=bytes(8)))
+        emulator.wait_for(f"state {State.STOPPED:d} reason {Reason.ANOTHER_GUARD:d}")
