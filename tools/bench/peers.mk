@@ -12,7 +12,7 @@ $(foreach target,$(TARGETS),$(eval PEERS_$(target) := casadi_svd casadi_qr))
 PEER_DIR := $(BUILD)/bench/peer
 PEER_FLAGS := -fno-math-errno -ffunction-sections -fdata-sections -DNDEBUG -Itools/bench -I$(PEER_DIR) -Ifirmware/boards/common
 # A peer may contract products and sums: -ffp-contract=off is our own wish, and Eigen is used without exceptions.
-PEER_CFLAGS := -std=c11 $(PEER_FLAGS) $(INCLUDES) -Wall -Wno-unused-parameter -Wdouble-promotion -Werror -MMD -MP
+PEER_CFLAGS = -std=c11 $(PEER_FLAGS) $(INCLUDES) -DROBOT_JOINTS=$(BENCH_JOINTS)u -Wall -Wno-unused-parameter -Wdouble-promotion -Werror -MMD -MP
 PEER_CXXFLAGS := -std=c++17 $(PEER_FLAGS) -isystem /usr/include/eigen3 -Wall -Wno-unused-parameter -Wdouble-promotion -Werror -MMD -MP
 PEER_ONLY_TARGET := -fno-exceptions -fno-rtti -fno-threadsafe-statics
 PINOCCHIO := $(VENV)/lib/python3*/site-packages/cmeel.prefix/include
