@@ -34,7 +34,8 @@ typedef struct {
 } blend_t;
 
 /* column <- keep column + Jv^T force, zero behind the last joint as the Jacobian is. */
-static void force_column(const motion_t *motion, vec3_t force, num_t keep, num_t column[], uint32_t *saturations) {
+static __attribute__((noinline)) void force_column(const motion_t *motion, vec3_t force, num_t keep, num_t column[],
+                                                   uint32_t *saturations) {
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         column[i] = num_narrow(num_wide(keep, column[i]) + num_wide(motion->jacobian[LINEAR][i], force.x) +
                                    num_wide(motion->jacobian[LINEAR + 1][i], force.y) +
@@ -44,7 +45,8 @@ static void force_column(const motion_t *motion, vec3_t force, num_t keep, num_t
 }
 
 /* column <- keep column + scale row. */
-static void row_column(const num_t row[], num_t scale, num_t keep, num_t column[], uint32_t *saturations) {
+static __attribute__((noinline)) void row_column(const num_t row[], num_t scale, num_t keep, num_t column[],
+                                                 uint32_t *saturations) {
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         column[i] = num_narrow(num_wide(keep, column[i]) + num_wide(scale, row[i]), saturations);
     }

@@ -16,13 +16,13 @@ static num_t special_angle(const robot_joint_t *joint, random_t *random) {
     return num_max(joint->position_min_rad, num_min(joint->position_max_rad, angle));
 }
 
-static num_t position(const robot_joint_t *joint, random_t *random, bool special, bool beside) {
+/* `beside`: how far off a special angle at most, rad. */
+static num_t position(const robot_joint_t *joint, random_t *random, bool special, num_t beside) {
     if (!special || (random_below(random, 2) == 0u)) {
         return random_between(random, joint->position_min_rad, joint->position_max_rad);
     }
     uint32_t saturations = 0;
-    const num_t off = beside ? num_mul(random_unit(random), NUM(1e-4), &saturations) : NUM(0);
-    return special_angle(joint, random) + off;
+    return special_angle(joint, random) + num_mul(random_unit(random), beside, &saturations);
 }
 
 static vec3_t acceleration(const robot_t *robot, random_t *random) {
@@ -48,7 +48,8 @@ static void torques(bench_state_t *self, const robot_t *robot, random_t *random)
 void states_jump(bench_state_t *self, const guard_config_t *config, random_t *random) {
     const robot_t *const robot = &config->robot;
     const bool special = random_below(random, 3) != 0u;
-    const bool beside = random_below(random, 2) != 0u;
+    static const num_t distances[] = {NUM(0), NUM(0), NUM(1e-4), NUM(1e-2)};
+    const num_t beside = distances[random_below(random, 4)];
     const bool still = random_below(random, 8) == 0u;
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
         const num_t limit = robot->joint[i].velocity_max_rad_s;

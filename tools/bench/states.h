@@ -1,7 +1,7 @@
 /* states: random states of the arm for the instruction counts, those at which the Jacobian loses rank among them.
  *
  * A third of the states are plain random ones. In the others each joint is, with even odds, at a multiple of a quarter
- * turn: arms with aligned or folded axes, of rank 3 to 6. Half of those are off by about 1e-4 rad, next to the
+ * turn: arms with aligned or folded axes, of rank 3 to 6. Half of those are off by up to 1e-4 or 1e-2 rad, next to the
  * singularity but not in it. Velocities reach the table's limit, every eighth state stands still. The desired
  * acceleration is random up to 8 m/s^2, or zero, or parallel to gravity. Every second state is the one before it a
  * cycle later, as the states of an arm in motion are; the others are a jump away.

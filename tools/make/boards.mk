@@ -1,11 +1,12 @@
 # Firmware images for controllers and emulated ones. A target is a processor (m3 m4f m7 r5f), a board a circuit around one.
 CROSS ?= arm-none-eabi-
 TARGETS := m3 m4f m7 r5f
-# What ships. Float: loops of fixed length along a column are worth the flash that unrolling them takes. Fixed point: what
-# is saved by unrolling is little beside 64-bit products, and flash is short.
+# What ships. Float: loops of fixed length along a column are worth the flash that unrolling them takes; what runs once is
+# small. Fixed point: what is saved by unrolling is little beside 64-bit products, and flash is short.
 OPT ?= -O2
-HOT := $(addprefix firmware/core/,motion.c bidiagonal.c subspace.c)
-OPT_float = $(if $(filter $(HOT),$(1)),-O3,$(OPT))
+HOT := $(addprefix firmware/core/,motion.c bidiagonal.c subspace.c index.c)
+ONCE := firmware/core/robot.c firmware/guard/config.c firmware/guard/guard_self_test.c
+OPT_float = $(if $(filter $(HOT),$(1)),-O3,$(if $(filter $(ONCE),$(1)),-Os,$(OPT)))
 OPT_fixed = $(if $(filter firmware/core/%,$(1)),-Os,$(OPT))
 # $(call optimisation_of,FILE,NUMERIC,TARGET): the M3 has no floating point, so each product is a call there.
 optimisation_of = $(call OPT_$(if $(filter m3,$(3)),fixed,$(2)),$(1))
