@@ -1,5 +1,6 @@
 """The process by the clock, on a bus that is as it should be."""
 
+import signal
 import time
 
 import can
@@ -44,6 +45,22 @@ def test_foreign_ids_stay_in_the_kernel(start: Start, calm: Configuration, bus: 
     time.sleep(0.3)
     end = process.end()
     assert (end["frames"], end["format_errors"]) == (3, 3)
+
+
+def test_a_frame_is_as_old_as_the_kernel_says_and_not_as_new_as_its_reading(
+    start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
+    process = start(calm)
+    robot = Robot(calm, wire, bus)
+    run_until_permitted(process, robot)
+    process.process.send_signal(signal.SIGSTOP)
+    robot.step(wait=False)
+    waited_s = 0.4
+    time.sleep(waited_s)
+    process.process.send_signal(signal.SIGCONT)
+    robot.live(CALM_PERIOD_S, CALM_PERIOD_S)
+    end = process.end()
+    assert end["response_us"]["max"] >= waited_s * 1e6, "from reception to answer"
 
 
 def test_a_step_of_the_real_time_clock_does_not_turn_time_back(

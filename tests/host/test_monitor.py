@@ -3,6 +3,7 @@ send."""
 
 import dataclasses
 import datetime
+import errno
 import functools
 import json
 import subprocess
@@ -263,3 +264,30 @@ def test_a_bus_that_goes_away_is_one_line(monkeypatch: pytest.MonkeyPatch, capsy
     monkeypatch.setattr(command, "open_bus", lambda *_, **__: Ear(unplugged()))
     assert cli.main(["monitor", "--once"]) == 2
     assert "Failed to receive: No such device" in capsys.readouterr().err
+
+
+def test_an_interface_that_is_down_for_a_while_is_counted_and_waited_for(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Flapping:
+        def __init__(self) -> None:
+            feed = Feed(WIRE)
+            self._frames = iter([frame for _ in range(3) for frame in feed.frames(MOVING)])
+            self._down = True
+
+        def __iter__(self) -> Iterator[can.Message]:
+            return self
+
+        def __next__(self) -> can.Message:
+            if self._down:
+                self._down = False
+                raise can.CanOperationError("Network is down", errno.ENETDOWN)
+            return next(self._frames)
+
+    monkeypatch.setattr(command, "open_bus", lambda *_, **__: Ear(Flapping()))
+    cli.main(["monitor", "--once", "--json", "--duration", "0.1"])
+    output = capsys.readouterr()
+    assert output.err == ""
+    seen = json.loads(output.out)
+    assert seen["error_frames"] == 1
+    assert seen["verdict"] is not None

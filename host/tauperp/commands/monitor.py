@@ -1,6 +1,7 @@
 """`tauperp monitor`: what is going on between robot and guard, live, for people and for machines."""
 
 import argparse
+import errno
 import json
 import sys
 import time
@@ -81,13 +82,22 @@ def listen(
     every_s: float,
     show: Callable[[Snapshot], None],
 ) -> Snapshot:
-    """Hear everything for `duration_s`, show a snapshot every `every_s`; returns the last one, shown or not."""
+    """Hear everything for `duration_s`, show a snapshot every `every_s`; returns the last one, shown or not.
+
+    Raises can.CanError if the bus goes away for good.
+    """
     end_s, next_s = begin_s + duration_s, begin_s + every_s
     while (now_s := time.monotonic()) < end_s:
         if now_s >= next_s:
             show(monitor.snapshot(now_s))
             next_s = max(next_s + every_s, time.monotonic())
-        frame = bus.recv(timeout=max(0.0, min(next_s, end_s) - now_s))
+        try:
+            frame = bus.recv(timeout=max(0.0, min(next_s, end_s) - now_s))
+        except can.CanOperationError as error:
+            if error.error_code != errno.ENETDOWN:
+                raise
+            monitor.note_bus_error()  # the interface is down, told once; when it is up again, its frames come again
+            continue
         if frame is not None:
             monitor.hear(frame, time.monotonic())
     return monitor.snapshot(time.monotonic())

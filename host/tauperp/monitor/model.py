@@ -79,6 +79,10 @@ class Monitor:
         if received.signals and not received.invalid:
             self._take(received.message.name, received.signals, now_s)
 
+    def note_bus_error(self) -> None:
+        """The bus itself failed, and told so by other means than an error frame."""
+        self._error_frames += 1
+
     def snapshot(self, now_s: float) -> Snapshot:
         """All of it at `now_s`."""
         self._rates.advance(now_s)

@@ -109,7 +109,7 @@ class Snapshot:
     rate_hz: float  # nominal cycles a second
     foreign_frames: int  # of no message of this wire
     format_errors: int  # of one, but of another length or kind
-    error_frames: int  # that the bus itself reported
+    error_frames: int  # that the bus itself reported, and times that the interface went down
 
     @property
     def heard(self) -> bool:
