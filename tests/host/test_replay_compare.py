@@ -12,7 +12,7 @@ from tauperp.cli import main
 from tauperp.config import load_configuration
 from tauperp.firmware import Guard, Reason
 from tauperp.replay.buslog import BusLog
-from tauperp.replay.log_report import replay_log
+from tauperp.replay.log_report import lines, replay_log
 from tauperp.replay.origin import look_ahead
 from tauperp.wire import COUNTER_MASK
 
@@ -89,6 +89,16 @@ def test_an_invented_frame_of_the_guard_is_a_difference(logs: Path, tmp_path: Pa
     assert counts(replay)[1:] == (1, 0)
     assert replay.comparison.first is not None
     assert replay.comparison.first.our_data == ""
+
+
+def test_two_guards_in_one_log_are_said(logs: Path, tmp_path: Path) -> None:
+    frames = frames_of(logs / "fd.log")[:2000]
+    doubled = [copy for frame in frames for copy in [frame] * (2 if frame.arbitration_id == STOP else 1)]
+    replay = replayed(written(tmp_path / "two.log", doubled), logs)
+    stops = sum(frame.arbitration_id == STOP for frame in frames)
+    assert not replay.equal
+    assert (replay.comparison.out_of_sequence, replay.comparison.lost_ticks) == (stops, 0)
+    assert f"StopCommands out of sequence: {stops}; two guards, or two logs in one file" in lines(replay)
 
 
 def test_frames_of_others_are_counted_and_change_nothing(logs: Path, tmp_path: Path) -> None:

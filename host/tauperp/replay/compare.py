@@ -41,6 +41,7 @@ _TOLD_BY_BOARD = (
     Reason.TICK_OVER_BUDGET,
     *(Reason.BUS_OFF, Reason.BUS_DOWN, Reason.RX_OVERFLOW, Reason.SHUTDOWN, Reason.ANOTHER_GUARD),
 )
+_MOST_LOST = 8  # a step of the counter beyond it is one back
 _TRIP_NUMBERS = 255  # 1 to 255, then 1 again
 
 
@@ -102,6 +103,7 @@ class Comparison:
         self.compared_cycles = 0
         self.foreign_frames = 0  # of no message of the wire: a board's filter keeps them from the guard
         self.lost_ticks = 0  # StopCommands that the log lacks, by their counter
+        self.out_of_sequence = 0  # StopCommands whose counter stands still or goes back: another guard's
         self.begin_s = self.end_s = 0.0
         self.counts = {name: Count() for name in GUARD_MESSAGES}
         self.first: Difference | None = None
@@ -255,7 +257,11 @@ class Comparison:
     def _count_lost(self, logged: can.Message) -> None:
         counter = logged.data[1] & COUNTER_MASK if len(logged.data) > 1 else 0
         if self._last_counter is not None:
-            self.lost_ticks += (counter - self._last_counter - 1) & COUNTER_MASK
+            step = (counter - self._last_counter) & COUNTER_MASK
+            if 1 <= step <= _MOST_LOST:
+                self.lost_ticks += step - 1
+            else:
+                self.out_of_sequence += 1
         self._last_counter = counter
 
     def _note_trip(self, verdict: Verdict, time_s: float) -> None:

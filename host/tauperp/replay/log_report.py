@@ -88,6 +88,7 @@ def report(replay: LogReplay) -> dict[str, Any]:
         "cycles": one.cycles,
         "compared_cycles": one.compared_cycles,
         "lost_ticks": one.lost_ticks,
+        "out_of_sequence": one.out_of_sequence,
         "duration_s": round(one.end_s - one.begin_s, 6),
         "clock": "lockstep" if one.origin.lockstep else "time stamps",
         "joined": one.origin.joined,
@@ -127,6 +128,8 @@ def lines(replay: LogReplay) -> Iterator[str]:
         yield f"the log begins with a guard that was running: {since}"
     if one.foreign_frames or one.lost_ticks:
         yield f"frames of nobody on this wire: {one.foreign_frames}; cycles without StopCommand: {one.lost_ticks}"
+    if one.out_of_sequence:
+        yield f"StopCommands out of sequence: {one.out_of_sequence}; two guards, or two logs in one file"
     for why in dict.fromkeys(one.masked.values()):
         yield f"masked, {why}: {', '.join(name for name, reason in one.masked.items() if reason == why)}"
     for trip in one.trips:
