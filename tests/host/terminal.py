@@ -21,14 +21,14 @@ BEYOND = 40
 class Terminal:
     """Runs a Python program at `columns` x `rows`; a context manager that leaves nothing running."""
 
-    def __init__(self, arguments: Sequence[str], columns: int, rows: int) -> None:
+    def __init__(self, arguments: Sequence[str], columns: int, rows: int, kind: str = "xterm-256color") -> None:
         # The real screen is as wide as the program is told; this one shows what it writes beyond that edge.
         self.screen = pyte.Screen(columns + BEYOND, rows)
         self._stream = pyte.Stream(self.screen)
         self._decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
         self._master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
-        environment = os.environ | {"TERM": "xterm-256color", "PYTHONIOENCODING": "utf-8"}
+        environment = os.environ | {"TERM": kind, "PYTHONIOENCODING": "utf-8"}
         for name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR"):
             environment.pop(name, None)
         self.program = subprocess.Popen(

@@ -266,6 +266,12 @@ def test_a_bus_that_goes_away_is_one_line(monkeypatch: pytest.MonkeyPatch, capsy
     assert "Failed to receive: No such device" in capsys.readouterr().err
 
 
+def test_a_terminal_that_can_show_no_picture_is_told_so() -> None:
+    with Terminal([FEED, "moving", "monitor"], 80, 24, kind="dumb") as terminal:
+        assert terminal.wait() == 2
+        assert "this terminal (TERM) cannot show the live view; use --once or --json" in terminal.output
+
+
 def test_an_interface_that_is_down_for_a_while_is_counted_and_waited_for(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

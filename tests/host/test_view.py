@@ -5,6 +5,7 @@ import ctypes.util
 import importlib.util
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+from terminal import Terminal
 
 from tauperp import cli
 from tauperp.robot import load
@@ -88,6 +90,18 @@ def scenario(tmp_path: Path) -> str:
     path = tmp_path / "wait.toml"
     path.write_text(SCENARIO)
     return str(path)
+
+
+def test_a_narrow_terminal_loses_no_figure_of_the_table(tmp_path: Path) -> None:
+    path = tmp_path / "struck.toml"
+    strike = "link = 4\ndirection = [0.0, -1.0, 0.0]\nafter_s = 0.1\nstep = 2\n"
+    moves = 'do = [{ wait_s = 0.2 }, { move = "A" }]\n'
+    phase = f'[point.A]\noffset_m = [0.0, 0.1, 0.0]\n[[phase]]\ntask = "none"\n{moves}[[phase.strike]]\n{strike}'
+    path.write_text(f'robot = "ku_dex"\ntime_limit_s = 1.0\n{phase}')
+    with Terminal(["-m", "tauperp.cli", "run", str(path)], 40, 50) as terminal:
+        terminal.wait(120)
+        text = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", terminal.output)
+    assert re.search(r"link 4, \w+ +\d+ N +0\.\d{3} s +0\.\d{3} s +\d+\.\d ms +joint \d", text), text
 
 
 @pytest.mark.parametrize("missing", ["display", "glfw"])

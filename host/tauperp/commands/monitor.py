@@ -45,6 +45,8 @@ def run(args: argparse.Namespace) -> int:
     duration = args.duration if args.duration is not None else ONCE_S if args.once else float("inf")
     if not (args.once or args.json or sys.stdout.isatty()):
         raise InputError("monitor: the live view needs a terminal; use --once or --json")
+    if not (args.once or args.json) and Console().is_dumb_terminal:
+        raise InputError("monitor: this terminal (TERM) cannot show the live view; use --once or --json")
     source = f"{args.interface or DEFAULT_INTERFACE} {args.channel or DEFAULT_CHANNEL}"
     with _open(args) as bus:
         begin = time.monotonic()

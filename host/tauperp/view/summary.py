@@ -14,6 +14,7 @@ from tauperp.provenance import provenance_line
 from tauperp.sim.lockstep import Progress as Report
 
 PLAIN_WIDTH = 110  # where the output is no terminal
+TABLE_WIDTH = 80
 
 
 @contextmanager
@@ -60,6 +61,10 @@ def print_outcomes(outcomes: Sequence[Outcome], written: str | None = None) -> N
     console = Console()
     if not console.is_terminal:
         console = Console(width=PLAIN_WIDTH)
+    elif console.width < TABLE_WIDTH:
+        console = Console(
+            width=TABLE_WIDTH
+        )  # a narrow terminal wraps lines; a table made to fit it would lose its figures
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for heading in ("run", "collision", "force", "contact", "stop", "latency", "found by"):
         table.add_column(heading, justify="left" if heading in ("run", "collision", "found by") else "right")
