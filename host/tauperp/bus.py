@@ -2,11 +2,13 @@
 
 import argparse
 import logging
+from collections import deque
 from typing import Any
 
 import can
 from can.cli import add_bus_arguments as add_bus_arguments  # the command line's half, re-exported
 from can.cli import create_bus_from_namespace
+from can.interfaces.udp_multicast import UdpMulticastBus
 
 from tauperp.errors import InputError
 
@@ -16,8 +18,36 @@ logging.getLogger("can").addHandler(logging.NullHandler())
 DEFAULT_INTERFACE = "virtual"
 DEFAULT_CHANNEL = "tauperp"
 SOCKETCAN = "socketcan"
+ECHOES = 64
 BITRATE = 1_000_000  # bit/s, classic frames and the arbitration phase of CAN FD
 DATA_BITRATE = 5_000_000  # bit/s, the data phase of CAN FD
+
+
+class OwnFrames:
+    """Tells what a node sent itself from what others sent: a guard would take its own answers for another guard's.
+
+    Most drivers keep or mark what comes back; python-can's multicast bus does neither, so there the newest frames that
+    were sent are remembered until they come back. Once each: those of two guards that started together are the same to
+    the last bit.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self._sent: deque[tuple[int, bytes]] | None = deque(maxlen=ECHOES) if isinstance(bus, UdpMulticastBus) else None
+
+    def note(self, frame: can.Message) -> None:
+        """It has been sent."""
+        if self._sent is not None:
+            self._sent.append((frame.arbitration_id, bytes(frame.data)))
+
+    def has(self, frame: can.Message) -> bool:
+        """Whether a frame that was received is one of them."""
+        if self._sent is None:
+            return not frame.is_rx
+        sent = (frame.arbitration_id, bytes(frame.data))
+        if sent not in self._sent:
+            return False
+        self._sent.remove(sent)
+        return True
 
 
 def open_bus(namespace: argparse.Namespace | None = None, **options: Any) -> can.BusABC:

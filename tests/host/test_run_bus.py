@@ -365,6 +365,17 @@ def test_a_guard_of_another_process_on_another_kind_of_bus(tmp_path: Path) -> No
     assert report["real_time"]["cycles"] == report["cycles"] == 250
 
 
+def test_the_librarys_guard_does_not_take_its_own_answers_for_another_guards(scenario: Scenario) -> None:
+    """On a bus that gives every node its own frames back."""
+
+    def multicast() -> can.BusABC:
+        return can.Bus(interface="udp_multicast", channel=MULTICAST, port=43115, fd=True)
+
+    outcome = run_scenario(scenario, Setup(multicast, "library"))
+    assert outcome.report["stops"] == run_scenario(scenario).report["stops"]
+    assert outcome.report["guard_counters"]["format_errors"] == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "named", "guard"),
     [

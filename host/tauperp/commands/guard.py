@@ -5,13 +5,11 @@ import json
 import os
 import signal
 import time
-from collections import deque
 from typing import NoReturn
 
 import can
-from can.interfaces.udp_multicast import UdpMulticastBus
 
-from tauperp.bus import add_bus_arguments, open_bus
+from tauperp.bus import OwnFrames, add_bus_arguments, open_bus
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.files import build_dir
@@ -22,7 +20,6 @@ interface of python-can it is the firmware's library, by the clock and as fast a
 StopCommand without permission on SIGTERM or Ctrl-C."""
 
 NATIVE = "socketcan"
-ECHOES = 64
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -79,9 +76,7 @@ class _Node:
         self._due_us = _now_us()
         self._told: tuple[int, int, int] | None = None
         self._ended = False
-        # The newest frames that were sent and have not come back yet, on a bus that gives them back unmarked.
-        echoes = isinstance(bus, UdpMulticastBus)
-        self._echoes: deque[tuple[int, bytes]] | None = deque(maxlen=ECHOES) if echoes else None
+        self._own = OwnFrames(bus)
 
     def run(self) -> None:
         """Until SIGTERM or SIGINT."""
@@ -104,22 +99,13 @@ class _Node:
         left_us = self._due_us - _now_us()
         frame = self._bus.recv(timeout=left_us * 1e-6) if left_us > 0 else None
         if frame is not None:
-            if not self._is_own(frame):
+            if not self._own.has(frame):
                 self._guard.receive(frame, _now_us())
             if not self._guard.cycle_complete():
                 return
         elif _now_us() < self._due_us:
             return
         self._tick()
-
-    def _is_own(self, frame: can.Message) -> bool:
-        """What this node sent, come back: the guard would take it for another guard's. Once for each frame, as those of
-        two guards that started together are the same to the last bit."""
-        sent = (frame.arbitration_id, bytes(frame.data))
-        if self._echoes is None or sent not in self._echoes:
-            return not frame.is_rx  # as most drivers mark it
-        self._echoes.remove(sent)
-        return True
 
     def _tick(self) -> None:
         begin_us = _now_us()
@@ -128,8 +114,7 @@ class _Node:
         try:
             for frame in verdict.frames:
                 self._bus.send(frame)
-                if self._echoes is not None:
-                    self._echoes.append((frame.arbitration_id, bytes(frame.data)))
+                self._own.note(frame)
         except can.CanOperationError:
             self._guard.trip(Reason.BUS_DOWN)
         self._due_us = begin_us + self._period_us + (self._grace_us if verdict.fresh else 0)

@@ -5,6 +5,7 @@ from typing import Protocol
 
 import can
 
+from tauperp.bus import OwnFrames
 from tauperp.firmware import Guard, Verdict
 
 
@@ -31,15 +32,18 @@ class GuardNode:
         self.patience_s = patience_s
         self.verdict: Verdict | None = None
         self._bus = bus
+        self._own = OwnFrames(bus)
 
     def turn(self, now_us: int) -> None:
         """Everything that is on the bus goes in, then one tick, then its frames go out."""
         end_s = time.monotonic() + self.patience_s if self.patience_s else 0.0
         while (frame := self._bus.recv(timeout=self._wait_s(end_s))) is not None:
-            self.guard.receive(frame, now_us)
+            if not self._own.has(frame):
+                self.guard.receive(frame, now_us)
         self.verdict = self.guard.tick(now_us)
         for frame in self.verdict.frames:
             self._bus.send(frame)
+            self._own.note(frame)
 
     def _wait_s(self, end_s: float) -> float:
         if not self.patience_s or self.guard.cycle_complete():
