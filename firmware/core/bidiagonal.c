@@ -84,25 +84,33 @@ static num_wide_t shift_of(const bidiagonal_t *self, block_t block) {
                                   num_wide(entry, above));
 }
 
+/* What comes in behind a pair of rows that the rotation before has left as they are, for all that a number can tell:
+ * the sweep begins anew, by what lies ahead alone. Without a shift that comes to the same. With one it does where it
+ * puts nothing worth chasing beside `before`, the entry above the diagonal in the row before; else the shift has been
+ * lost. */
+static num_rotation_t begun_anew(num_t before, num_t entry, num_t above, num_wide_t shift, bool shifted,
+                                 num_t negligible, bool *lost, uint32_t *saturations) {
+    if (!shifted) {
+        return num_rotation(entry, above, saturations);
+    }
+    const num_rotation_t right = num_shifted_rotation(entry, above, shift, saturations);
+    const bool aside = num_abs(num_unit_times(right.sin, before)) <= negligible;
+    *lost = *lost || !aside;
+    return aside ? right : num_rotation(NUM(1), NUM(0), saturations); /* none */
+}
+
 /* One sweep over a block: rotations of two columns and of two rows in turn. The first is by the first column of B^T B
- * less the shift; each of the others puts right what the one before has put out of place. Where that is nothing, for
- * all that a number can tell, the shift would not come through: the sweep begins anew there. */
-static void sweep(bidiagonal_t *self, bidiagonal_path_t *path, block_t block, num_wide_t shift, bool shifted,
-                  uint32_t *saturations) {
+ * less the shift; each of the others puts right what the one before has put out of place. False where the shift was
+ * lost on the way, as it may be in fixed point. */
+static bool sweep(bidiagonal_t *self, bidiagonal_path_t *path, block_t block, num_wide_t shift, bool shifted,
+                  num_t negligible, uint32_t *saturations) {
     bidiagonal_turn_t *turn = &path->turn[path->turns];
     num_t entry = self->diagonal[block.first];
     num_t above = self->above[block.first];
-    num_t bulge = NUM(0); /* beside `above` of the row before */
+    num_rotation_t right =
+        shifted ? num_shifted_rotation(entry, above, shift, saturations) : num_rotation(entry, above, saturations);
+    bool lost = false;
     for (uint32_t i = block.first; i < block.last; ++i) {
-        num_rotation_t right;
-        if (bulge != NUM(0)) {
-            right = num_rotation(self->above[i - 1u], bulge, saturations);
-            self->above[i - 1u] = right.length;
-        } else if (shifted) {
-            right = num_shifted_rotation(entry, above, shift, saturations);
-        } else {
-            right = num_rotation(entry, above, saturations);
-        }
         const num_t next = self->diagonal[i + 1u];
         const num_t after = self->above[i + 1u];
         const num_t turned = num_turned_first(right.cos, right.sin, entry, above, saturations);
@@ -112,14 +120,23 @@ static void sweep(bidiagonal_t *self, bidiagonal_path_t *path, block_t block, nu
         self->diagonal[i] = left.length;
         self->above[i] = num_turned_first(left.cos, left.sin, beside, below, saturations);
         entry = num_turned_second(left.cos, left.sin, beside, below, saturations);
-        above = num_unit_times(left.cos, after);
-        bulge = num_unit_times(left.sin, after);
         *turn = (bidiagonal_turn_t){.cos = left.cos, .sin = left.sin, .first = i};
         ++turn;
+        if ((i + 1u) < block.last) {
+            const num_t bulge = num_unit_times(left.sin, after); /* beside this row's `above` */
+            above = num_unit_times(left.cos, after);
+            if (bulge != NUM(0)) {
+                right = num_rotation(self->above[i], bulge, saturations);
+                self->above[i] = right.length;
+            } else {
+                right = begun_anew(self->above[i], entry, above, shift, shifted, negligible, &lost, saturations);
+            }
+        }
     }
     self->diagonal[block.last] = entry;
     path->turns += block.last - block.first;
     ++path->sweeps;
+    return !lost;
 }
 
 /* A rounding of B as a whole. */
@@ -142,6 +159,7 @@ void bidiagonal_diagonalise(bidiagonal_t *self, num_t tolerance, bool all, bidia
         return;
     }
     const num_t negligible = negligible_beside(self, saturations);
+    bool through = true;
     while (!path->done && (path->sweeps < BIDIAGONAL_MAX_SWEEPS)) {
         const block_t block = block_of(self, path->left - 1u, negligible);
         if (block.first == block.last) {
@@ -150,9 +168,9 @@ void bidiagonal_diagonalise(bidiagonal_t *self, num_t tolerance, bool all, bidia
             path->done =
                 (path->left == 0u) || (!all && short_inverse(self, path->left, tolerance, &path->share, saturations));
         } else {
-            const bool shifted = wants_shift(self, block, path->sweeps, saturations);
+            const bool shifted = through && wants_shift(self, block, path->sweeps, saturations);
             const num_wide_t shift = shifted ? shift_of(self, block) : num_widen(NUM(0));
-            sweep(self, path, block, shift, shifted, saturations);
+            through = sweep(self, path, block, shift, shifted, negligible, saturations);
         }
     }
 }
