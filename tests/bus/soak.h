@@ -61,7 +61,7 @@ typedef struct {
     bool bad_value; /* a sensor fault or a value out of range got past the E2E check in this cycle, or a StopCommand */
 
     bool was_permitted;
-    bool stopped;    /* since permission ended */
+    bool stopped;    /* since permission ended, or a trip came before the first one */
     bool reset_sent; /* since then, one that names the trip */
     uint8_t reset_counter;
     uint32_t reset_cycles;

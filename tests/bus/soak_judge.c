@@ -122,10 +122,12 @@ void judge(soak_t *self) {
         self->stopped = false;
         self->reset_sent = false;
     }
-    if (self->was_permitted && !permitted) {
+    /* While it waits for its first permission it may be stopped as well: by another guard's StopCommand. */
+    const bool latched = self->out.state == GUARD_STATE_STOPPED;
+    if (!permitted && (self->was_permitted || (latched && !self->stopped))) {
         self->stopped = true;
         self->reset_sent = false;
-        self->tally.trips++;
+        self->tally.trips += self->was_permitted ? 1u : 0u;
     }
     self->tally.resets += (permitted && !self->was_permitted) ? 1u : 0u;
     self->tally.ticks++;
