@@ -25,7 +25,7 @@ NUM_STEP num_t reflector_make(num_t x[], const uint32_t at, const uint32_t end, 
         square += num_wide(x[i], x[i]);
     }
     const num_t length = num_root(square);
-    const num_t image = (x[at] < NUM(0)) ? length : -length; /* the sign that cancels REFLECTOR_NOTHING */
+    const num_t image = (x[at] < NUM(0)) ? length : -length; /* the sign that cancels nothing */
     x[at] -= image;
     const num_inverse_t inverse =
         (length <= REFLECTOR_NOTHING) ? NUM_INVERSE_NONE : num_inverse_root(num_wide(length, num_abs(x[at])));
