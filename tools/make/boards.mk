@@ -14,7 +14,7 @@ optimisation_of = $(call OPT_$(if $(filter m3,$(3)),fixed,$(2)),$(1))
 CPU_m3 := -mcpu=cortex-m3 -mthumb
 CPU_m4f := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
 CPU_m7 := -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-sp-d16
-CPU_r5f := -mcpu=cortex-r5 -marm -mfloat-abi=hard -mfpu=vfpv3-d16
+CPU_r5f := -mcpu=cortex-r5 -mthumb -mfloat-abi=hard -mfpu=vfpv3-d16
 
 # Which directory of firmware/boards starts a target when it runs in QEMU, and the linker script there.
 HOME_m3 := cortex_m
