@@ -99,16 +99,27 @@ def candump(path: Path, *channels: str) -> Iterator[None]:
     """`candump -L` into a file, from before the body's first frame on."""
     listeners = _listeners()
     with open(path, "w") as file:
-        process = subprocess.Popen(["candump", "-L", *channels], stdout=file)
+        # With room for a whole run: on a busy machine it comes late to its frames.
+        process = subprocess.Popen(["candump", "-L", "-r", "16000000", *channels], stdout=file)
         end = time.monotonic() + TIMEOUT_S
         while _listeners() == listeners and time.monotonic() < end:
             time.sleep(0.02)
         try:
             yield
-            time.sleep(0.2)
+            _wait_until_calm(path)
         finally:
             process.terminate()
             process.wait(TIMEOUT_S)
+
+
+def _wait_until_calm(path: Path) -> None:
+    """Until nothing has been written for half a second."""
+    size, since = -1, time.monotonic()
+    end = since + TIMEOUT_S
+    while time.monotonic() < min(since + 0.5, end):
+        if path.stat().st_size != size:
+            size, since = path.stat().st_size, time.monotonic()
+        time.sleep(0.05)
 
 
 def _listeners() -> int:
