@@ -2,8 +2,6 @@
 
 #include "guard_parts.h"
 
-enum { STAGE_MOTION = 1u, STAGE_OBSERVER = 2u, STAGE_INDEX = 4u, STAGE_DETECTOR = 8u, STAGE_ALL = 15u };
-
 /* The inputs that have a deadline, in the order in which they are reported missing. */
 typedef enum { INPUT_NONE = 0, INPUT_SYNC = 1, INPUT_JOINTS = 2, INPUT_TASK = 3, INPUT_COUNT = 4 } input_t;
 
@@ -11,11 +9,6 @@ static const guard_reason_t waiting_reason[INPUT_COUNT] = {GUARD_REASON_SETTLING
                                                            GUARD_REASON_WAITING_JOINT, GUARD_REASON_WAITING_TASK};
 static const guard_reason_t timeout_reason[INPUT_COUNT] = {GUARD_REASON_NONE, GUARD_REASON_SYNC_TIMEOUT,
                                                            GUARD_REASON_JOINT_TIMEOUT, GUARD_REASON_TASK_TIMEOUT};
-
-static bool ends_in_fault(guard_reason_t reason) {
-    return ((reason >= GUARD_REASON_TICK_LATE) && (reason <= GUARD_REASON_STAGE_MISSED)) ||
-           (reason == GUARD_REASON_TIME_BACKWARDS);
-}
 
 /* What is wrong with the bus or the board, and not with an input that may still come. */
 static bool latches_while_waiting(guard_reason_t reason) {
@@ -39,103 +32,6 @@ static void trip(guard_t *self, guard_state_t state, guard_reason_t reason, uint
     self->healthy = false;
     count(&self->counters.trips, 1u);
     enter(self, state);
-}
-
-/* --- self-supervision --------------------------------------------------------------------------------------------- */
-
-/* The one number that bounds loops, in the block, here and in the snapshot: looked at before any of them runs. */
-static bool joint_count_holds(const guard_t *self) {
-    return (self->joints <= ROBOT_MAX_JOINTS) && (self->joints == self->config->robot.joint_count) &&
-           (((1u << self->joints) - 1u) == self->inputs.snapshot.expected);
-}
-
-static bool state_holds(const guard_t *self) {
-    bool holds = (self->state == ~self->state_inverted) && (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) &&
-                 (self->state <= (uint32_t)GUARD_STATE_FAULT) && snapshot_holds(&self->inputs.snapshot) &&
-                 e2e_transmitter_holds(&self->report.stop) && e2e_transmitter_holds(&self->report.status) &&
-                 e2e_transmitter_holds(&self->report.index) && (self->inputs.task_number < (uint8_t)TASK_COUNT);
-    for (uint32_t slot = 0; slot < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++slot) {
-        holds = holds && e2e_receiver_holds(&self->inputs.receiver[slot]);
-    }
-    return holds;
-}
-
-static bool from_the_future(const guard_input_t *input, uint64_t now_us) {
-    return input->seen && (input->good_us > now_us);
-}
-
-static bool time_holds(const guard_t *self, uint64_t now_us) {
-    const guard_inputs_t *const inputs = &self->inputs;
-    return !(from_the_future(&inputs->sync, now_us) || from_the_future(&inputs->joints, now_us) ||
-             from_the_future(&inputs->task, now_us) || (self->ticked && (now_us < self->last_tick_us)));
-}
-
-/* GUARD_REASON_NONE, or why the guard cannot be trusted any more. */
-static guard_reason_t supervise(guard_t *self, uint64_t now_us) {
-    guard_reason_t reason = GUARD_REASON_NONE;
-    if (!state_holds(self)) {
-        reason = GUARD_REASON_STATE_CORRUPT;
-    } else if (!joint_count_holds(self) || !config_watch_step(&self->watch, self->config)) {
-        reason = GUARD_REASON_CONFIG_CORRUPT;
-    } else if (!time_holds(self, now_us)) {
-        reason = GUARD_REASON_TIME_BACKWARDS;
-    } else if (self->ticked && ((now_us - self->last_tick_us) > self->config->tick_deadline_us)) {
-        reason = GUARD_REASON_TICK_LATE;
-    } else if (self->over_budget) {
-        reason = GUARD_REASON_TICK_OVER_BUDGET;
-    } else if (ends_in_fault((guard_reason_t)self->inputs.fault)) {
-        reason = (guard_reason_t)self->inputs.fault;
-    } else {
-        /* everything holds */
-    }
-    self->ticked = true;
-    self->last_tick_us = now_us;
-    return reason;
-}
-
-/* --- one snapshot through the stages ------------------------------------------------------------------------------ */
-
-static void run_stages(guard_t *self) {
-    const guard_config_t *const config = self->config;
-    const robot_t *const robot = &config->robot;
-    snapshot_t *const snapshot = &self->inputs.snapshot;
-    const task_config_t *const task = &config->task[self->inputs.task_number];
-    const uint32_t gap = snapshot_take(snapshot);
-
-    motion_step(&self->motion, robot, snapshot->position, snapshot->velocity);
-    self->stages |= STAGE_MOTION;
-    observer_step(&self->observer, &config->observer, robot->joint_count, &self->motion, snapshot->torque, gap);
-    self->stages |= STAGE_OBSERVER;
-    if (self->inputs.task_number != (uint8_t)TASK_INVALID) {
-        index_step(&self->index, &config->subspace, (index_kind_t)task->index, robot, &self->motion, &self->observer,
-                   self->inputs.acceleration);
-        self->stages |= STAGE_INDEX;
-        detector_step(&self->detector, task, robot->joint_count, self->index.value);
-        self->stages |= STAGE_DETECTOR;
-    }
-}
-
-/* What the stages left behind is a result. */
-static bool results_hold(const guard_t *self) {
-    bool holds = (self->index.kind == (uint32_t)INDEX_OFF) || self->index.subspace.converged;
-    for (uint32_t i = 0; i < self->joints; ++i) {
-        holds = holds && num_finite(self->observer.residual[i]) && num_finite(self->index.value[i]);
-    }
-    return holds;
-}
-
-/* Every stage ran that was due; without a task the last two are not. */
-static bool stages_hold(const guard_t *self) {
-    const bool with_task = self->inputs.task_number != (uint8_t)TASK_INVALID;
-    return self->stages == (with_task ? (uint32_t)STAGE_ALL : (uint32_t)(STAGE_MOTION | STAGE_OBSERVER));
-}
-
-static bool count_saturations(guard_t *self) {
-    const uint32_t sum = self->motion.saturations + self->observer.saturations + self->index.saturations +
-                         self->index.subspace.saturations;
-    const bool grew = sum != self->saturations;
-    self->saturations = sum;
-    return grew;
 }
 
 /* --- deadlines and states ----------------------------------------------------------------------------------------- */
@@ -211,7 +107,7 @@ static void while_waiting(guard_t *self, input_t missing, uint64_t now_us) {
         trip(self, GUARD_STATE_STOPPED, fault, 0u);
     } else if (usable && self->detector.tripped) {
         trip(self, GUARD_STATE_STOPPED, GUARD_REASON_COLLISION, self->detector.joint + 1u);
-    } else if ((self->stages == STAGE_ALL) && healthy_for_long_enough(self, now_us)) {
+    } else if ((self->stages == (uint32_t)STAGE_ALL) && healthy_for_long_enough(self, now_us)) {
         enter(self, GUARD_STATE_MONITORING);
     } else {
         /* go on waiting */
@@ -229,16 +125,16 @@ static void while_stopped(guard_t *self, input_t missing, uint64_t now_us) {
 
 static input_t step(guard_t *self, uint64_t now_us) {
     if (snapshot_is_complete(&self->inputs.snapshot)) {
-        run_stages(self);
-        if (!stages_hold(self)) {
+        stages_run(self);
+        if (!stages_complete(self)) {
             trip(self, GUARD_STATE_FAULT, GUARD_REASON_STAGE_MISSED, 0u);
-        } else if (!results_hold(self)) {
+        } else if (!stages_valid(self)) {
             trip(self, GUARD_STATE_FAULT, GUARD_REASON_STATE_CORRUPT, 0u);
         } else {
             /* the results may be used */
         }
     }
-    const bool saturated = count_saturations(self);
+    const bool saturated = stages_saturated(self);
     const input_t missing = missing_input(self, now_us);
     track_health(self, missing, now_us);
     switch ((guard_state_t)self->state) {

@@ -9,6 +9,28 @@ static inline void count(uint16_t *counter, uint32_t more) {
     *counter = (uint16_t)(*counter + ((more < room) ? more : room));
 }
 
+/* guard_stages.c: one snapshot through the stages. Bits of guard_t.stages: the stages that ran in this tick. */
+enum { STAGE_MOTION = 1u, STAGE_OBSERVER = 2u, STAGE_INDEX = 4u, STAGE_DETECTOR = 8u, STAGE_ALL = 15u };
+
+/* Takes the snapshot, which must be complete, and runs every stage on it; without a task only motion and observer. */
+void stages_run(guard_t *self);
+
+/* Every stage ran that was due. */
+bool stages_complete(const guard_t *self);
+
+/* Every result of this tick is a finite number, and the projection converged. */
+bool stages_valid(const guard_t *self);
+
+/* True if a fixed-point result did not fit since the last call. Updates guard_t.saturations. */
+bool stages_saturated(guard_t *self);
+
+/* guard_supervise.c: the guard's supervision of itself. Returns GUARD_REASON_NONE, or why the guard cannot be trusted
+ * any more: a reason of FAULT. Once per tick, before anything else. */
+guard_reason_t supervise(guard_t *self, uint64_t now_us);
+
+/* The reason puts the guard in FAULT, which lasts until guard_init. */
+bool reason_is_fault(guard_reason_t reason);
+
 /* guard_report.c: fills the frames of `out` from its verdict and the state. */
 void report_init(guard_report_t *self);
 void report_tick(guard_t *guard, guard_output_t *out);

@@ -6,16 +6,22 @@
 
 static bool flip;
 
-/* `self` is run_stages' guard: the task that was due is not the task any more. */
+/* `self` is the guard of stages_run: the task that was due is not the task any more. */
 #define index_step(...)                                                                                                \
     do {                                                                                                               \
         (index_step)(__VA_ARGS__);                                                                                     \
         self->inputs.task_number = flip ? (uint8_t)TASK_INVALID : self->inputs.task_number;                            \
     } while (false)
+#define stages_run           flipping_stages_run
+#define stages_complete      flipping_stages_complete
+#define stages_valid         flipping_stages_valid
+#define stages_saturated     flipping_stages_saturated
 #define guard_init           flipping_guard_init
 #define guard_tick           flipping_guard_tick
 #define guard_trip           flipping_guard_trip
 #define guard_note_tick_time flipping_guard_note_tick_time
+#include "../../firmware/guard/guard_stages.c"
+
 #include "../../firmware/guard/guard.c"
 
 #include "guard_fixture.h"
