@@ -12,6 +12,7 @@ VENV := .venv
 
 include tools/make/venv.mk
 include tools/make/firmware.mk
+include tools/make/kernel.mk
 include tools/make/unit.mk
 include tools/make/linux.mk
 include tools/make/check.mk

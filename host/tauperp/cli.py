@@ -28,6 +28,7 @@ COMMANDS = {
     "demo": "both experiments of the paper, one table",
     "run": "run any scenario against the firmware",
     "replay": "send a recording of a real robot through the firmware",
+    "campaign": "simulate thousands of collisions against the firmware, and count",
     "guard": "be the guard on a CAN bus",
     "monitor": "watch the guard and the robot on a bus, live",
 }

@@ -1,6 +1,6 @@
 # The gates: what must hold of the checkout. tools/gates runs them to the end and counts.
 FORMATTED_C = $(filter-out firmware/wire/messages.% firmware/wire/protocol.% firmware/robots/%,\
-    $(wildcard firmware/*/*.[ch] firmware/boards/*/*.[ch] tests/*/*.[ch] tools/*/*.[ch] tools/*/*.cpp))
+    $(wildcard host/kernel/*.[ch] firmware/*/*.[ch] firmware/boards/*/*.[ch] tests/*/*.[ch] tools/*/*.[ch] tools/*/*.cpp))
 PYTHON_SOURCES = host $(wildcard tests tools/*/*.py) $(shell grep -lsE '^\#!.*python' tools/*)
 CLANG ?= clang
 
@@ -14,7 +14,7 @@ test: ## every test this machine can run; ends with "N passed, N failed"
 run_pytest = $(3) $(VENV)/bin/python -m pytest -q --junitxml=$(BUILD)/results/$(1).xml $(2)
 skip = mkdir -p $(BUILD)/results && echo "skipped $(2)" >$(BUILD)/results/$(1)
 
-host-test: library library-fixed venv ## tests of the host package, and of the firmware through it (pytest)
+host-test: library library-fixed kernel venv ## tests of the host package, and of the firmware through it (pytest)
 	@if [ -z "$(wildcard tests/host/test_*.py)" ]; then $(call skip,$@,there are no tests in tests/host); \
 	    else $(call run_pytest,$@,-n $(JOBS) tests/host); fi
 
@@ -44,7 +44,7 @@ lint: ## strict builds by gcc and clang, formatting, ruff, mypy
 	@tools/gates lint lint-gcc lint-clang lint-format lint-python lint-types
 
 # Every C file that a host compiler can build, with every warning an error.
-STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/boards/linux/*.c) firmware/boards/common/lockstep.c
+STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/boards/linux/*.c) firmware/boards/common/lockstep.c $(KERNEL_SOURCES)
 define STRICT_RULES
 STRICT_OBJECTS_$(1) = $$(foreach numeric,$(NUMERICS),$$(STRICT_SOURCES:%.c=$(BUILD)/object/lint-$(1)-$$(numeric)/%.o))
 -include $$(STRICT_OBJECTS_$(1):.o=.d)
@@ -52,7 +52,7 @@ endef
 define STRICT_OBJECT_RULES
 $(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk
 	@mkdir -p $$(@D)
-	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 -Ifirmware/boards/library -Ifirmware/boards/common $(STRICT) -c -o $$@ $$<
+	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 -Ifirmware/boards/library -Ifirmware/boards/common -Ihost/kernel -isystem $(MUJOCO_INCLUDE) $(STRICT) -c -o $$@ $$<
 endef
 $(foreach compiler,gcc clang,$(eval $(call STRICT_RULES,$(compiler))))
 $(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,gcc,gcc,$(numeric)))\

@@ -1,0 +1,32 @@
+/* frames: the robot's side of the bus, from readings to sealed frames. */
+#ifndef TAUPERP_KERNEL_FRAMES_H
+#define TAUPERP_KERNEL_FRAMES_H
+
+#include <stdbool.h>
+
+#include "frame.h"
+#include "kernel.h"
+
+#define FRAMES_MAX (3 + KERNEL_JOINTS)
+
+typedef struct {
+    double position[KERNEL_JOINTS], velocity[KERNEL_JOINTS], torque[KERNEL_JOINTS];
+} reading_t;
+
+typedef struct {
+    const kernel_setup_t *setup;
+    uint32_t task_counter, sync_counter, reset_counter;
+    uint32_t count;
+    can_frame_t frame[FRAMES_MAX]; /* of the cycle at hand, in the order of sending */
+    bool in_range;                 /* every reading so far fitted into its signal */
+} frames_t;
+
+void frames_init(frames_t *self, const kernel_setup_t *setup);
+
+/* Sync, TaskCommand with the tip's acceleration (3) m/s^2, and one JointState a joint. */
+void frames_cycle(frames_t *self, uint32_t cycle, uint32_t task, const double *acceleration, const reading_t *reading);
+
+/* GuardReset, behind the frames of the cycle. */
+void frames_reset(frames_t *self, uint32_t request, uint32_t trip_number);
+
+#endif

@@ -1,0 +1,197 @@
+/* kernel: many simulated collisions with the compiled firmware in the loop, without Python between two cycles.
+ *
+ * One call of kernel_simulate() or kernel_inject() works through a slice of the plan. It touches nothing but its
+ * arguments, so calls on different runs may go on in as many threads as there are cores, each with its own setup (the
+ * arm's masses are written into its mjModel). A result depends on its row of the plan and on nothing else: the same
+ * bits at any number of threads and in any order.
+ *
+ * Structs hold doubles first, then 64-bit, then 32-bit integers, so that no compiler pads them: the host's
+ * tauperp/campaign/kernel.py holds the same layouts as numpy types and compares the sizes at load time.
+ * Units: m, kg, s, rad, N, Nm. Joints and links count from 0 here. Vectors are in the base frame unless said.
+ */
+#ifndef TAUPERP_KERNEL_H
+#define TAUPERP_KERNEL_H
+
+#include <stdint.h>
+
+#define KERNEL_ABI       1u
+#define KERNEL_JOINTS    8
+#define KERNEL_GUARDS    8  /* guards that hear the same frames; the first one has command of the arm */
+#define KERNEL_DETECTORS 16 /* signals that are compared with thresholds in the same run */
+#define KERNEL_SECTIONS  4  /* second-order sections of a detector's filter */
+#define KERNEL_WAVES     3
+
+typedef enum { KERNEL_NO_PUSH = 0, KERNEL_PULSE = 1, KERNEL_CONTACT = 2 } kernel_push_t;
+typedef enum { KERNEL_REST = 0, KERNEL_MOVE = 1, KERNEL_WAVE = 2 } kernel_motion_t;
+typedef enum { KERNEL_RESIDUAL = 0, KERNEL_INDEX = 1 } kernel_source_t;
+
+/* What came of a run. Everything but DONE is a run that says nothing about detection. */
+typedef enum {
+    KERNEL_UNDONE = 0,
+    KERNEL_DONE = 1,
+    KERNEL_NOT_PERMITTED = 2, /* the guard never permitted the first move */
+    KERNEL_FALSE_STOP = 3,    /* it stopped before anything touched the arm */
+    KERNEL_OBSTRUCTED = 4,    /* no side of the link is free for the striking part */
+    KERNEL_NOT_TOUCHED = 5,   /* the striking part missed */
+    KERNEL_DIVERGED = 6,      /* MuJoCo reset the state */
+    KERNEL_OFF_WIRE = 7       /* a guard went to FAULT, or a reading left the wire's range */
+} kernel_status_t;
+
+/* One signal inside a frame of at most 8 bytes, little-endian. */
+typedef struct {
+    double per_unit; /* raw steps in one unit */
+    uint32_t shift;
+    uint32_t mask;
+    int32_t min;
+    int32_t max;
+} kernel_signal_t;
+
+/* One message that the robot sends; `signal` in the order that frames.c states for it. */
+typedef struct {
+    kernel_signal_t signal[4];
+    uint32_t id;
+    uint32_t length;
+    uint32_t counter_is_cycle;
+    uint32_t reserved;
+    uint8_t data_ids[16];
+} kernel_message_t;
+
+/* A detector beside the guards: |filtered source| against a threshold for each joint, `debounce` ticks in a row. */
+typedef struct {
+    double section[KERNEL_SECTIONS][6]; /* b0 b1 b2 a0 = 1 a1 a2, as scipy.signal writes them */
+    double threshold[KERNEL_JOINTS];
+    uint32_t sections;
+    uint32_t guard;  /* whose signal */
+    uint32_t source; /* kernel_source_t */
+    uint32_t debounce;
+} kernel_detector_t;
+
+typedef struct {
+    void *plant;   /* mjModel of the arm as it really is; its masses are overwritten for each run */
+    void *nominal; /* mjModel that the controller computes with */
+    void *contact; /* the plant with a striking part, or NULL */
+    const void *config[KERNEL_GUARDS];
+    double mass[KERNEL_JOINTS]; /* of the links, as compiled */
+    double inertia[KERNEL_JOINTS][3];
+    double torque_max[KERNEL_JOINTS];
+    double capsule[KERNEL_JOINTS][7]; /* p0, p1, radius, in the joint's frame */
+    double bandwidth_rad_s;           /* of the position controller */
+    double deceleration_rad_s2;       /* of a stop */
+    uint64_t config_size;
+    uint32_t period_us;
+    uint32_t substeps; /* of physics in one cycle */
+    uint32_t joints;
+    uint32_t guards;
+    uint32_t detectors;
+    uint32_t fd;
+    int32_t body[KERNEL_JOINTS]; /* MuJoCo's number of each link */
+    int32_t payload;             /* body */
+    int32_t tip;                 /* site */
+    int32_t hand_geom;           /* of the contact model */
+    int32_t hand_body;
+    int32_t hand_position; /* first address in qpos and in qvel */
+    int32_t hand_speed;
+    int32_t link_geom[KERNEL_JOINTS];
+    int32_t pair[KERNEL_JOINTS]; /* contact pair of the part with each link */
+    kernel_message_t sync, task, reset, joint[KERNEL_JOINTS];
+    kernel_detector_t detector[KERNEL_DETECTORS];
+} kernel_setup_t;
+
+/* Errors of one arm's sensors in one run. */
+typedef struct {
+    double offset[KERNEL_JOINTS];                              /* Nm */
+    double gain[KERNEL_JOINTS];                                /* factor */
+    double ripple[KERNEL_JOINTS];                              /* Nm */
+    double phase[KERNEL_JOINTS];                               /* of the ripple, rad */
+    double friction[KERNEL_JOINTS];                            /* Coulomb friction that the sensor sees, Nm */
+    double torque_noise, velocity_noise, position_noise;       /* standard deviations */
+    double torque_quantum, velocity_quantum, position_quantum; /* 0: none but the wire's */
+    double ripple_per_turn;
+    uint32_t delay; /* cycles, 0 to 7 */
+    uint32_t reserved;
+} kernel_sensors_t;
+
+/* One run: how the arm moves, what it carries, what strikes it. */
+typedef struct {
+    double start[KERNEL_JOINTS], goal[KERNEL_JOINTS];    /* rad */
+    double amplitude[KERNEL_WAVES][KERNEL_JOINTS];       /* of a wave about `start`, rad */
+    double frequency[KERNEL_WAVES], phase[KERNEL_WAVES]; /* rad/s, rad */
+    double move_s;                                       /* from `start` to `goal` and back, and so on */
+    double duration_s;
+    double payload_mass, payload_com[3], payload_inertia[3]; /* about its centre, in the last link's axes */
+    double mass_scale[KERNEL_JOINTS];                        /* of each link: what the firmware's model has wrong */
+    double guide_force[3], guide_moment[3];                  /* intended wrench at the tip */
+    double guide_start_s, guide_rise_s, guide_hold_s;
+    double point[3];     /* pulse: in the link's frame */
+    double direction[3]; /* pulse: unit */
+    double force_n, push_s, onset_s;
+    double along, angle; /* contact: where on the capsule, from which side */
+    double part_mass, part_stiffness, part_radius, speed_m_s;
+    kernel_sensors_t sensors;
+    uint64_t seed, number;
+    uint32_t task; /* as on the wire */
+    uint32_t motion;
+    uint32_t push;
+    uint32_t link;
+    uint32_t obeys; /* 0: it moves without permission and never stops, to see the signals of its whole motion */
+    uint32_t reserved;
+} kernel_run_t;
+
+typedef struct {
+    double onset_s, release_s; /* first and last force; NaN without */
+    double stop_s;             /* the guard's first stop after the first permission; NaN */
+    double force_at_stop_n;
+    double peak_force_n; /* of all */
+    double peak_force_after_stop_n;
+    double tip_speed_m_s; /* at the onset, or at the end without one */
+    double free_s;        /* watched with permission before the onset or the stop */
+    double simulated_s;
+    double stop_value_nm, stop_threshold_nm;
+    double before[KERNEL_DETECTORS];                  /* largest ratio to the threshold before the onset */
+    double during[KERNEL_DETECTORS];                  /* and from the onset on */
+    double delay_s[KERNEL_DETECTORS];                 /* from the onset to the first excess; NaN */
+    double early_s[KERNEL_DETECTORS];                 /* time of the first excess before the onset; NaN */
+    double free_max[KERNEL_DETECTORS][KERNEL_JOINTS]; /* largest |signal| of each joint before the onset, Nm */
+    uint64_t number;
+    uint32_t status; /* kernel_status_t */
+    uint32_t reason; /* of the stop, as on the wire */
+    uint32_t joint;  /* from 1; 0 none */
+    uint32_t link;   /* that was touched, from 1; 0 none */
+    uint32_t stops;  /* before the onset */
+    uint32_t reserved;
+} kernel_result_t;
+
+/* A recording of a real arm for kernel_inject(): `rows` of readings, each (rows, joints), and the cycle of each row. */
+typedef struct {
+    const double *position, *velocity, *torque;
+    const uint32_t *cycle; /* ascending */
+    uint32_t rows;
+    uint32_t task;
+} kernel_recording_t;
+
+/* A push onto the arm of a recording, from row `row` on. */
+typedef struct {
+    double point[3], direction[3];
+    double force_n, push_s;
+    uint64_t number;
+    uint32_t row;
+    uint32_t link;
+} kernel_injection_t;
+
+/* KERNEL_ABI, the sizes of the structs above in their order (setup, run, result, recording, injection), and the
+ * version of MuJoCo's headers and of its library. */
+void kernel_describe(uint32_t abi_sizes_versions[8]);
+
+/* Works through `count` runs, as long as *stop is 0, which another thread may set. Returns how many are done; their
+ * results are written in order. 0 if a guard refuses its configuration. */
+uint32_t kernel_simulate(const kernel_setup_t *setup, const kernel_run_t *runs, uint32_t count,
+                         kernel_result_t *results, const volatile uint32_t *stop);
+
+/* The same for pushes that are added to a recording's torques through the transposed Jacobian. `injections` are sorted
+ * by row. The guards hear the recording up to a push, then on a copy of their state the pushed rows for `window_s`.
+ * free_max and before of each result are those of the recording up to there. */
+uint32_t kernel_inject(const kernel_setup_t *setup, const kernel_recording_t *recording,
+                       const kernel_injection_t *injections, uint32_t count, double window_s, kernel_result_t *results,
+                       const volatile uint32_t *stop);
+
+#endif

@@ -1,0 +1,65 @@
+"""What a campaign compares: the guard, and simpler detectors on the very signals that the guards compute.
+
+Every detector is a linear filter of one guard's r or index and a threshold for each joint. A band-pass is Butterworth's
+of second order (the paper's related work names 1 to 10 and 3 to 30 Hz); an observer of another gain K follows from r
+exactly, since r is the one-tick residual through a first-order low-pass whose pole is known.
+"""
+
+import dataclasses
+import math
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from tauperp.campaign import layout
+from tauperp.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Detector:
+    """`threshold_nm` (n,): NaN where a calibration has to find it first. `guard` counts the configurations from 0."""
+
+    name: str
+    source: Literal["residual", "index"]
+    threshold_nm: FloatArray
+    guard: int = 0
+    sections: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 6)))  # (s, 6), scipy's "sos"
+    debounce_ticks: int = 1
+
+    def fill(self, target: Any, joints: int) -> None:
+        """Write this into a layout.DETECTOR."""
+        if len(self.sections) > layout.SECTIONS:
+            raise InputError(f"{self.name}: {len(self.sections)} sections of a filter, {layout.SECTIONS} at most")
+        target["threshold"][:joints] = np.where(np.isfinite(self.threshold_nm), self.threshold_nm, 1.0)
+        target["section"][: len(self.sections)] = self.sections
+        target["sections"], target["guard"] = len(self.sections), self.guard
+        target["source"] = layout.INDEX if self.source == "index" else layout.RESIDUAL
+        target["debounce"] = self.debounce_ticks
+
+    @property
+    def is_calibrated(self) -> bool:
+        return bool(np.isfinite(self.threshold_nm).all())
+
+    def at(self, threshold_nm: FloatArray) -> "Detector":
+        """The same with these thresholds."""
+        return dataclasses.replace(self, threshold_nm=threshold_nm)
+
+
+def band_pass(low_hz: float, high_hz: float, period_s: float) -> FloatArray:
+    """Second-order Butterworth band-pass, (2, 6). Raises InputError if the band does not fit under half the rate."""
+    from scipy.signal import butter
+
+    if high_hz >= 0.5 / period_s:
+        raise InputError(f"a band-pass up to {high_hz:g} Hz needs more than {2 * high_hz:g} cycles a second")
+    sections: FloatArray = butter(2, [low_hz, high_hz], "bandpass", fs=1.0 / period_s, output="sos")
+    return sections
+
+
+def other_gain(gain_per_s: float, of_gain_per_s: float, period_s: float) -> FloatArray:
+    """From the r of one observer gain to that of another, (1, 6)."""
+    new, old = math.exp(-gain_per_s * period_s), math.exp(-of_gain_per_s * period_s)
+    scale = (1 - new) / (1 - old)
+    return np.array([[scale, -scale * old, 0.0, 1.0, -new, 0.0]])

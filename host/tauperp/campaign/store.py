@@ -1,0 +1,143 @@
+"""Results on disk: one Parquet file a shard, each whole or not there, so that a campaign goes on after any end.
+
+The folder belongs to one plan: `plan.json` holds its digest. A shard's file carries the digest too; what does not
+belong, or cannot be read, is computed again.
+"""
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tauperp.campaign import layout
+from tauperp.campaign.kernel import Rows
+from tauperp.campaign.plan import Plan
+from tauperp.campaign.work import Shard, Thresholds
+from tauperp.errors import InputError
+from tauperp.files import write_atomically
+
+DIGEST = b"tauperp_plan"
+
+PLANNED = {
+    "task": "task",
+    "push": "push",
+    "motion": "motion",
+    "planned_link": "link",
+    "force_n": "force_n",
+    "push_s": "push_s",
+    "payload_kg": "payload_mass",
+}  # column: field of layout.RUN that is stored beside the result
+
+
+class Store:
+    """The folder of one campaign."""
+
+    def __init__(self, folder: Path, plan: Plan, names: dict[str, list[str]]) -> None:
+        self.folder = folder
+        self._digest = plan.digest
+        self._joints = plan.configuration.robot.n
+        note = folder / "plan.json"
+        if note.exists():
+            try:
+                other = json.loads(note.read_text())["digest"]
+            except (OSError, ValueError, KeyError, TypeError):
+                other = None
+            if other != self._digest:
+                raise InputError(f"{folder}: holds the results of another plan; name another folder with --out")
+        else:
+            content = {
+                "digest": self._digest,
+                "plan": plan.file.model_dump(mode="json", by_alias=True),
+                "detectors": names,
+            }
+            write_atomically(note, json.dumps(content, indent=2) + "\n")
+
+    def _path(self, shard: Shard) -> Path:
+        return self.folder / "shards" / f"{shard.name}.parquet"
+
+    def has(self, shard: Shard) -> bool:
+        """Whether the shard is there, whole, and of this plan."""
+        import pyarrow as pa
+        import pyarrow.parquet as parquet
+
+        try:
+            metadata = parquet.read_metadata(self._path(shard))
+        except (OSError, pa.ArrowInvalid):
+            return False
+        owner = (metadata.metadata or {}).get(DIGEST, b"").decode()
+        return owner == self._digest and metadata.num_rows == shard.count
+
+    def write(self, shard: Shard, runs: Rows, results: Rows) -> None:
+        """Raises OSError, with nothing left behind, if the disk does not take it."""
+        import pyarrow as pa
+        import pyarrow.parquet as parquet
+
+        columns: dict[str, Any] = {name: runs[field] for name, field in PLANNED.items()}
+        for name in layout.RESULT.names or ():
+            values = results[name]
+            if name == "free_max":
+                values = values[:, :, : self._joints]
+            if name != "reserved":
+                columns[name] = values
+        arrays = [_column(values) for values in columns.values()]
+        table = pa.Table.from_arrays(arrays, names=list(columns)).replace_schema_metadata({DIGEST: self._digest})
+        packed = io.BytesIO()
+        parquet.write_table(table, packed, compression="zstd")
+        write_atomically(self._path(shard), packed.getvalue())
+
+    def read(self, shards: list[Shard]) -> Rows:
+        """The rows of these shards, in their order, as a structured array."""
+        import pyarrow.parquet as parquet
+
+        parts = []
+        for shard in shards:
+            table = parquet.read_table(self._path(shard))
+            part = np.zeros(table.num_rows, row_type(self._joints))
+            for name in table.column_names:
+                values = table.column(name).combine_chunks()
+                while hasattr(values, "flatten") and hasattr(values.type, "value_type"):
+                    values = values.flatten()
+                part[name] = np.asarray(values).reshape(part[name].shape)
+            parts.append(part)
+        return np.concatenate(parts) if parts else np.zeros(0, row_type(self._joints))
+
+    def thresholds(self) -> Thresholds | None:
+        """What the free moves gave, if they are done."""
+        path = self.folder / "thresholds.json"
+        if not path.exists():
+            return None
+        try:
+            content = json.loads(path.read_text())
+        except ValueError:
+            return None
+        return content["thresholds"] if content.get("digest") == self._digest else None
+
+    def keep_thresholds(self, thresholds: Thresholds) -> None:
+        content = {"digest": self._digest, "thresholds": thresholds}
+        write_atomically(self.folder / "thresholds.json", json.dumps(content, indent=2) + "\n")
+
+
+def row_type(joints: int) -> np.dtype[Any]:
+    """A stored row: what was planned beside what came of it."""
+    fields: list[tuple[Any, ...]] = [(name, layout.RUN[field]) for name, field in PLANNED.items()]
+    for name in layout.RESULT.names or ():
+        kind = layout.RESULT[name]
+        if name == "free_max":
+            kind = np.dtype(("f8", (layout.DETECTORS, joints)))
+        if name != "reserved":
+            fields.append((name, kind))
+    return np.dtype(fields)
+
+
+def _column(values: Any) -> Any:
+    import pyarrow as pa
+
+    flat = np.ascontiguousarray(values)
+    if flat.ndim == 1:
+        return pa.array(flat)
+    array = pa.array(flat.reshape(-1))
+    for size in reversed(flat.shape[1:]):
+        array = pa.FixedSizeListArray.from_arrays(array, size)
+    return array

@@ -1,0 +1,48 @@
+"""`tauperp campaign`: thousands of simulated collisions with the compiled firmware in the loop."""
+
+import argparse
+import json
+
+from tauperp.errors import InputError
+
+HELP = """Monte Carlo over collisions: payload, motion, link, force, sensors and model error are drawn from the PLAN.
+Every run goes frame by frame through the compiled firmware. Reports detection rates, latencies and false stops with
+intervals, beside simpler detectors on the same signals. Results are kept in --out; a campaign that was interrupted goes
+on where it ended."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("plan", metavar="PLAN", help="TOML file (see docs/campaign.md)")
+    parser.add_argument("--out", metavar="DIR", help="folder of the results (out/campaign/NAME)")
+    parser.add_argument("--jobs", type=int, metavar="N", help="threads (default: one a core)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="run on a Dask cluster, e.g. tcp://host:8786")
+    parser.add_argument("--json", action="store_true", help="print the report's JSON instead of the table")
+
+
+def run(args: argparse.Namespace) -> int:
+    from tauperp.campaign.execute import Campaign
+    from tauperp.campaign.plan import read_plan
+    from tauperp.campaign.report import folder_of, lines, write_report
+    from tauperp.campaign.store import Store
+    from tauperp.campaign.work import comparison
+    from tauperp.view.summary import shown_progress
+
+    if args.jobs is not None and args.jobs < 1:
+        raise InputError(f"--jobs: {args.jobs} is not a number of threads")
+    if args.jobs is not None and args.scheduler is not None:
+        raise InputError("--jobs: the cluster's workers decide how many threads there are")
+    plan = read_plan(args.plan)
+    names: dict[str, list[str]] = {
+        task: [one.name for one in comparison(plan, task, {}).detectors] for task in plan.file.tasks
+    }
+    store = Store(folder_of(args.out, plan), plan, names)
+    campaign = Campaign(plan, store)
+    with shown_progress("campaign") as report_progress:
+        thresholds = campaign.run(report_progress, jobs=args.jobs, scheduler=args.scheduler)
+    report = write_report(plan, store, thresholds, campaign.effort)
+    if args.json:
+        print(json.dumps(report, indent=2))
+    else:
+        print("\n".join(lines(report)))
+        print(f"report.html, report.png and report.json in {store.folder}")
+    return 0
