@@ -114,6 +114,8 @@ guard_status_t config_check(const guard_config_t *config) {
             status = GUARD_BAD_SUBSPACE;
         } else if (!stop_holds(config)) {
             status = GUARD_BAD_STOP;
+        } else if (!sensor_holds(&config->sensor)) {
+            status = GUARD_BAD_SENSOR;
         } else {
             status = check_tasks(config);
         }

@@ -9,9 +9,10 @@
 #define TAUPERP_CONFIG_H
 
 #include "robot.h"
+#include "sensor.h"
 
 #define CONFIG_MAGIC   0x50524554u /* "TERP" */
-#define CONFIG_SCHEMA  1u
+#define CONFIG_SCHEMA  2u
 #define CONFIG_MAX_GAP 4u /* cycles that one observer step may bridge */
 
 /* What the torque is projected on; the wire's task numbers (1 none, 2 payload, 3 contact) pick one each. */
@@ -73,6 +74,7 @@ typedef struct {
     uint32_t stop_fault;
     observer_config_t observer;
     subspace_config_t subspace;
+    sensor_config_t sensor;
     task_config_t task[TASK_COUNT]; /* by task number; [TASK_INVALID] stays INDEX_OFF */
     robot_t robot;
 } guard_config_t;
@@ -94,7 +96,8 @@ typedef enum {
     GUARD_PAYLOAD_NEEDS_6_JOINTS = 12, /* d_p of 5 joints or fewer likewise */
     GUARD_BAD_OBSERVER = 13,           /* a decay outside 0 to 1, or a gain that does not belong to it */
     GUARD_BAD_SUBSPACE = 14,           /* a tolerance or lever that is not positive, an unknown basis */
-    GUARD_BAD_STOP = 15                /* a stop category above 2 */
+    GUARD_BAD_STOP = 15,               /* a stop category above 2 */
+    GUARD_BAD_SENSOR = 16              /* sensor_holds() is false */
 } guard_status_t;
 
 #define CONFIG_CONTACT_MIN_JOINTS 7u

@@ -9,6 +9,7 @@ void stages_run(guard_t *self) {
 
     motion_step(&self->motion, robot, snapshot->position, snapshot->velocity);
     self->stages |= STAGE_MOTION;
+    sensor_correct(&config->sensor, robot->joint_count, snapshot->velocity, snapshot->torque, snapshot->torque);
     observer_step(&self->observer, &config->observer, robot->joint_count, &self->motion, snapshot->torque, gap);
     self->stages |= STAGE_OBSERVER;
     if (self->inputs.task_number != (uint8_t)TASK_INVALID) {

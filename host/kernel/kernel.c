@@ -32,18 +32,27 @@ typedef struct {
     frames_t frames;
     tracks_t tracks;
     uint32_t asking; /* cycles for which a reset has been asked for */
+    uint32_t cycle;  /* the last one; 0 before the first */
 } session_t;
 
 static bool session_init(session_t *self, const kernel_setup_t *setup) {
     self->setup = setup;
     self->asking = 0;
+    self->cycle = 0;
     frames_init(&self->frames, setup);
     return tracks_init(&self->tracks, setup);
 }
 
-/* Sends one cycle and ticks the guards; false if one of them is in FAULT or a reading did not fit. */
+/* Sends one cycle and ticks the guards, which have ticked without frames in the cycles that are missing before it;
+ * false if one of them is in FAULT or a reading did not fit. */
 static bool session_cycle(session_t *self, uint32_t cycle, uint32_t task, const double *acceleration,
                           const reading_t *reading) {
+    bool good = true;
+    self->frames.count = 0;
+    for (uint32_t missed = self->cycle + 1u; (self->cycle != 0u) && (missed < cycle) && good; ++missed) {
+        good = tracks_tick(&self->tracks, self->setup, &self->frames, (uint64_t)missed * self->setup->period_us);
+    }
+    self->cycle = cycle;
     frames_cycle(&self->frames, cycle, task, acceleration, reading);
     if (self->tracks.out[0].permitted) {
         self->asking = 0;
@@ -52,11 +61,18 @@ static bool session_cycle(session_t *self, uint32_t cycle, uint32_t task, const 
         frames_reset(&self->frames, (self->asking++ / half) % 2u, self->tracks.out[0].trip_number);
     }
     const uint64_t now_us = (uint64_t)cycle * self->setup->period_us;
-    return tracks_tick(&self->tracks, self->setup, &self->frames, now_us) && self->frames.in_range;
+    return good && tracks_tick(&self->tracks, self->setup, &self->frames, now_us) && self->frames.in_range;
 }
 
 static bool permitted(const session_t *self) {
     return self->tracks.out[0].permitted;
+}
+
+/* A gap in a recording stops the arm, and says nothing about its thresholds. */
+static bool for_want_of_frames(const session_t *self) {
+    const guard_reason_t reason = self->tracks.out[0].reason;
+    return (reason == GUARD_REASON_SYNC_TIMEOUT) || (reason == GUARD_REASON_JOINT_TIMEOUT) ||
+           (reason == GUARD_REASON_TASK_TIMEOUT);
 }
 
 static double value_of(num_t value) {
@@ -231,6 +247,32 @@ static void row_reading(const kernel_setup_t *setup, const kernel_recording_t *r
     memcpy(reading->torque, recording->torque + at, setup->joints * sizeof(double));
 }
 
+uint32_t kernel_listen(const kernel_setup_t *setup, const kernel_recording_t *recording, double *residual,
+                       double *index, uint8_t *verdict, const volatile uint32_t *stop) {
+    session_t *const session = calloc(1, sizeof *session);
+    const double none[3] = {0.0, 0.0, 0.0};
+    uint32_t row = 0;
+    if ((session == NULL) || !session_init(session, setup)) {
+        free(session);
+        return 0;
+    }
+    for (; (row < recording->rows) && (*stop == 0u); ++row) {
+        reading_t reading;
+        row_reading(setup, recording, row, &reading);
+        if (!session_cycle(session, recording->cycle[row], recording->task, none, &reading)) {
+            break;
+        }
+        const guard_output_t *const out = &session->tracks.out[0];
+        for (uint32_t joint = 0; joint < setup->joints; ++joint) {
+            residual[(size_t)row * setup->joints + joint] = value_of(out->residual[joint]);
+            index[(size_t)row * setup->joints + joint] = value_of(out->index[joint]);
+        }
+        verdict[row] = (uint8_t)((out->permitted ? 1u : 0u) | (out->fresh ? 2u : 0u));
+    }
+    free(session);
+    return row;
+}
+
 /* What the sensors feel of a force on the arm: tau_ext = -J^T F, with F the force on the robot. */
 static void add_push(const kernel_setup_t *setup, mjData *data, const kernel_injection_t *push, double force_n,
                      reading_t *reading) {
@@ -316,7 +358,7 @@ uint32_t kernel_inject(const kernel_setup_t *setup, const kernel_recording_t *re
         }
         const double now_s = recording->cycle[row] * period_s;
         tracks_detect(&sessions[0].tracks, setup, now_s > WARM_UP_S, now_s, -1.0, &base);
-        if (was_permitted && !permitted(&sessions[0])) {
+        if (was_permitted && !permitted(&sessions[0]) && !for_want_of_frames(&sessions[0])) {
             ++base.stops;
         }
         was_permitted = permitted(&sessions[0]);

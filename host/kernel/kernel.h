@@ -157,7 +157,7 @@ typedef struct {
     uint32_t reason; /* of the stop, as on the wire */
     uint32_t joint;  /* from 1; 0 none */
     uint32_t link;   /* that was touched, from 1; 0 none */
-    uint32_t stops;  /* before the onset */
+    uint32_t stops;  /* before the onset, those for want of frames left out */
     uint32_t reserved;
 } kernel_result_t;
 
@@ -187,9 +187,16 @@ void kernel_describe(uint32_t abi_sizes_versions[8]);
 uint32_t kernel_simulate(const kernel_setup_t *setup, const kernel_run_t *runs, uint32_t count,
                          kernel_result_t *results, const volatile uint32_t *stop);
 
-/* The same for pushes that are added to a recording's torques through the transposed Jacobian. `injections` are sorted
- * by row. The guards hear the recording up to a push, then on a copy of their state the pushed rows for `window_s`.
- * free_max and before of each result are those of the recording up to there. */
+/* Sends a recording through the first guard, asking for a reset whenever it does not permit motion, and writes its r
+ * and the index in force, (rows, joints) each in Nm, and the verdict of each row: bit 0 permitted, bit 1 a new snapshot
+ * was evaluated. Returns the rows that were sent: fewer if the guard went to FAULT or a reading left the wire's range.
+ */
+uint32_t kernel_listen(const kernel_setup_t *setup, const kernel_recording_t *recording, double *residual,
+                       double *index, uint8_t *verdict, const volatile uint32_t *stop);
+
+/* As kernel_simulate() for pushes that are added to a recording's torques through the transposed Jacobian. `injections`
+ * are sorted by row. The guards hear the recording up to a push, then on a copy of their state the pushed rows for
+ * `window_s`. free_max and before of each result are those of the recording up to there. */
 uint32_t kernel_inject(const kernel_setup_t *setup, const kernel_recording_t *recording,
                        const kernel_injection_t *injections, uint32_t count, double window_s, kernel_result_t *results,
                        const volatile uint32_t *stop);

@@ -28,7 +28,9 @@ COMMANDS = {
     "demo": "both experiments of the paper, one table",
     "run": "run any scenario against the firmware",
     "replay": "send a recording of a real robot through the firmware",
+    "calibrate": "thresholds, offsets and friction of an arm from its recordings",
     "campaign": "simulate thousands of collisions against the firmware, and count",
+    "sensitivity": "the smallest force on each link that the guard can see",
     "guard": "be the guard on a CAN bus",
     "monitor": "watch the guard and the robot on a bus, live",
 }

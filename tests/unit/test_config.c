@@ -178,6 +178,13 @@ static void test_the_watch_sees_a_change_within_one_round(void) {
     TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
 }
 
+static void test_a_sensor_correction_beyond_its_bounds_is_refused(void) {
+    config.sensor.offset_nm[2] = NUM(65);
+    assert_status(GUARD_BAD_SENSOR);
+    config.sensor.friction_nm[7] = NUM(-1);
+    assert_status(GUARD_BAD_SENSOR);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_good_block_is_accepted);
@@ -190,6 +197,7 @@ int main(void) {
     RUN_TEST(test_an_observer_that_is_no_low_pass_is_refused);
     RUN_TEST(test_a_projection_without_tolerance_is_refused);
     RUN_TEST(test_an_unknown_stop_category_is_refused);
+    RUN_TEST(test_a_sensor_correction_beyond_its_bounds_is_refused);
     RUN_TEST(test_numbers_that_are_none_are_refused);
     RUN_TEST(test_the_watch_sees_a_change_within_one_round);
     return UNITY_END();

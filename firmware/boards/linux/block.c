@@ -110,6 +110,8 @@ const char *block_problem(guard_status_t status) {
         return "the projection's tolerance, lever or basis is out of its range";
     case GUARD_BAD_STOP:
         return "a stop category is none of 0, 1 and 2";
+    case GUARD_BAD_SENSOR:
+        return "a sensor's offset or friction is out of its range";
     case GUARD_STATUS_NONE:
     case GUARD_OK:
     default:

@@ -6,6 +6,7 @@ rows of the plan and on nothing else.
 
 import copy
 import ctypes
+import dataclasses
 import functools
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,6 +27,7 @@ from tauperp.sim.model import PAYLOAD, TIP, build_spec, geom_name
 from tauperp.wire import WireMessage
 
 Rows = npt.NDArray[Any]  # of a structured type of tauperp.campaign.layout
+Readings = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]  # q, qd, tau: (m, n)
 
 BANDWIDTH_RAD_S = 40.0  # of the position controller, as tauperp.sim.control has it
 DECELERATION_RAD_S2 = 6.0  # of a stop, as tauperp.sim.motion has it
@@ -76,12 +78,24 @@ def load_kernel(numeric: Numeric = "float32") -> ctypes.CDLL:
         raise InputError(
             f"{path}: built for MuJoCo {described[6]}, and {described[7]} is loaded; `make kernel` builds it again"
         )
-    kernel.kernel_simulate.restype = kernel.kernel_inject.restype = ctypes.c_uint32
+    for function in (kernel.kernel_simulate, kernel.kernel_inject, kernel.kernel_listen):
+        function.restype = ctypes.c_uint32
     return kernel
 
 
 def _mujoco_library() -> Path:
     return next(iter(sorted(Path(mujoco.__file__).parent.glob("libmujoco.so*"))))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Heard:
+    """What a guard said of each row of a recording; Nm. Rows from `rows` on were not sent."""
+
+    residual: npt.NDArray[np.float64]  # (m, n) r
+    index: npt.NDArray[np.float64]  # (m, n) the index in force
+    permitted: npt.NDArray[np.bool_]  # (m,)
+    evaluated: npt.NDArray[np.bool_]  # (m,) a new snapshot went through every stage
+    rows: int
 
 
 class Bench:
@@ -170,7 +184,7 @@ class Bench:
 
     def inject(
         self,
-        readings: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
+        readings: Readings,
         cycles: npt.NDArray[np.uint32],
         task: int,
         injections: Rows,
@@ -179,12 +193,7 @@ class Bench:
     ) -> Rows:
         """Results of pushes (layout.INJECTION, sorted by row) on a recording: position, velocity, torque (m, n) and
         the cycle of each row (m,)."""
-        arrays = [np.ascontiguousarray(values, np.float64) for values in readings]
-        numbers = np.ascontiguousarray(cycles, np.uint32)
-        recording = np.zeros((), layout.RECORDING)
-        for name, values in zip(("position", "velocity", "torque"), arrays, strict=True):
-            recording[name] = values.ctypes.data
-        recording["cycle"], recording["rows"], recording["task"] = numbers.ctypes.data, len(numbers), task
+        recording, _kept = _recording(readings, cycles, task)
         injections = np.ascontiguousarray(injections)
         results = np.zeros(len(injections), layout.RESULT)
         flag = (stop or StopFlag()).value
@@ -199,6 +208,22 @@ class Bench:
         )
         return results[:done]
 
+    def listen(self, readings: Readings, cycles: npt.NDArray[np.uint32], task: int) -> "Heard":
+        """What the first guard makes of a recording, row by row."""
+        recording, _kept = _recording(readings, cycles, task)
+        rows, n = len(cycles), self.robot.n
+        residual, index = np.zeros((rows, n)), np.zeros((rows, n))
+        verdict = np.zeros(rows, np.uint8)
+        done = self._kernel.kernel_listen(
+            self.setup.ctypes.data_as(ctypes.c_void_p),
+            recording.ctypes.data_as(ctypes.c_void_p),
+            residual.ctypes.data_as(ctypes.c_void_p),
+            index.ctypes.data_as(ctypes.c_void_p),
+            verdict.ctypes.data_as(ctypes.c_void_p),
+            ctypes.byref(StopFlag().value),
+        )
+        return Heard(residual, index, verdict & 1 != 0, verdict & 2 != 0, int(done))
+
     def twin(self) -> "Bench":
         """The same for another thread, with models of its own."""
         other = copy.copy(self)
@@ -207,6 +232,17 @@ class Bench:
         other.setup["plant"], other.setup["nominal"] = other._plant._address, other._nominal._address
         other.setup["contact"] = other._contact._address
         return other
+
+
+def _recording(readings: Readings, cycles: npt.NDArray[np.uint32], task: int) -> tuple[Any, list[Any]]:
+    """A layout.RECORDING, and the arrays that it points into."""
+    arrays = [np.ascontiguousarray(values, np.float64) for values in readings]
+    numbers = np.ascontiguousarray(cycles, np.uint32)
+    recording = np.zeros((), layout.RECORDING)
+    for name, values in zip(("position", "velocity", "torque"), arrays, strict=True):
+        recording[name] = values.ctypes.data
+    recording["cycle"], recording["rows"], recording["task"] = numbers.ctypes.data, len(numbers), task
+    return recording, [*arrays, numbers]
 
 
 def _contact_model(robot: Robot, timestep: float) -> Any:

@@ -129,6 +129,8 @@ class RecordingTable(Table):
 
     files: list[str] = Field(min_length=1)
     map: str | None = None
+    calibrate: float = Field(default=0.5, ge=0.1, le=0.9)  # share at the beginning of each; the rest is judged
+    alarms_per_hour: float = Field(default=1.0, gt=0, le=3600)
 
 
 class PlanFile(Table):
@@ -187,6 +189,10 @@ class Plan:
             longest = file.collision.push_ms[1] * 1e-3 + 0.9
             if file.motion.duration_s < longest:
                 raise InputError(f"{path}: motion.duration_s: a push of this length needs {longest:g} s")
+
+    def on(self, configuration: Configuration) -> "Plan":
+        """The same plan with another configuration."""
+        return Plan(self.file, configuration, self.path)
 
     @property
     def digest(self) -> str:

@@ -1,18 +1,23 @@
 """The report of a finished campaign: JSON, PNG, one self-contained HTML page, and a table for the terminal."""
 
 import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tauperp.campaign import layout
 from tauperp.campaign.execute import Effort
+from tauperp.campaign.injection import Injected, as_hits
 from tauperp.campaign.kernel import Rows
 from tauperp.campaign.plan import Plan
-from tauperp.campaign.store import Store
+from tauperp.campaign.store import Store, row_type
 from tauperp.campaign.summary import found_in_time, guard_delay, judged, summarise
-from tauperp.campaign.work import Thresholds, comparison, shards
+from tauperp.campaign.work import Comparison, Thresholds, comparison, shards
+from tauperp.config import TaskName
 from tauperp.files import write_atomically
 from tauperp.firmware import load_library
 from tauperp.provenance import provenance, provenance_line
@@ -21,35 +26,70 @@ from tauperp.view import page
 
 def write_report(plan: Plan, store: Store, thresholds: Thresholds, effort: Effort) -> dict[str, Any]:
     """Read all shards, write report.json, report.png and report.html into the folder. Returns the report."""
+    outcomes = [
+        Outcome(
+            task,
+            store.read([shard for shard in shards(plan, ("free",)) if shard.task == task]),
+            store.read([shard for shard in shards(plan, ("hit",)) if shard.task == task]),
+            comparison(plan, task, thresholds),
+        )
+        for task in plan.file.tasks
+    ]
+    return _write(plan, store.folder, outcomes, effort)
+
+
+def write_injection_report(plan: Plan, folder: Path, injected: Sequence[Injected]) -> dict[str, Any]:
+    """The same of pushes into recordings."""
+    kind = row_type(plan.configuration.robot.n)
+    outcomes = []
+    for one in injected:
+        free = np.zeros(len(one.free), kind)
+        for name in set(kind.names or ()) & set(one.free.dtype.names or ()):
+            free[name] = one.free[name][:, :, : free[name].shape[2]] if name == "free_max" else one.free[name]
+        free["status"] = layout.DONE
+        outcomes.append(Outcome(one.task, free, as_hits(one, kind), one.compared))
+    return _write(plan, folder, outcomes, Effort())
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """Rows of one task: moves without and with a push, and what ran in them."""
+
+    task: TaskName
+    free: Rows
+    hits: Rows
+    compared: Comparison
+
+
+def _write(plan: Plan, folder: Path, outcomes: Sequence[Outcome], effort: Effort) -> dict[str, Any]:
     from tauperp.view.campaign_figure import campaign_figure
 
     summaries: list[dict[str, Any]] = []
     delays: dict[str, list[npt.NDArray[np.float64]]] = {}
-    for task in plan.file.tasks:
-        detectors = comparison(plan, task, thresholds).detectors
-        free = store.read([shard for shard in shards(plan, ("free",)) if shard.task == task])
-        hits = store.read([shard for shard in shards(plan, ("hit",)) if shard.task == task])
-        limits = [[round(float(value), 3) for value in one.threshold_nm] for one in detectors]
-        summaries.append(summarise(task, free, hits, [one.name for one in detectors], limits))
-        delays[task] = [_found_after(judged(hits), k) for k in range(len(detectors))]
+    for one in outcomes:
+        detectors = one.compared.detectors
+        limits = [[round(float(value), 3) for value in detector.threshold_nm] for detector in detectors]
+        summaries.append(summarise(one.task, one.free, one.hits, [detector.name for detector in detectors], limits))
+        delays[one.task] = [_found_after(judged(one.hits), k) for k in range(len(detectors))]
     library = load_library(plan.file.numeric)
-    configuration = comparison(plan, plan.file.tasks[0], thresholds).configurations[0]
+    configuration = outcomes[0].compared.configurations[0]
+    recording = plan.file.recording
     report = {
         "plan": str(plan.path),
         "digest": plan.digest,
         "robot": plan.configuration.robot.name,
-        "rate_hz": plan.configuration.settings.wire.rate_hz,
-        "sensors": str(plan.sensors),
-        "thresholds_from": plan.file.thresholds.source,
+        "rate_hz": configuration.settings.wire.rate_hz,
+        "sensors": str(plan.sensors) if recording is None else "as recorded: " + ", ".join(recording.files),
+        "thresholds_from": plan.file.thresholds.source if recording is None else "the first part of each recording",
         "tasks": summaries,
         "effort": effort.as_dict(),
         "hashes": provenance(library, configuration),
     }
     title = f"{report['robot']}: {sum(s['collisions'] for s in summaries)} collisions, seed {plan.file.seed}"
     png = campaign_figure(summaries, delays, title)
-    write_atomically(store.folder / "report.json", json.dumps(report, indent=2) + "\n")
-    write_atomically(store.folder / "report.png", png)
-    write_atomically(store.folder / "report.html", _html(title, report, png))
+    write_atomically(folder / "report.json", json.dumps(report, indent=2) + "\n")
+    write_atomically(folder / "report.png", png)
+    write_atomically(folder / "report.html", _html(title, report, png))
     return report
 
 

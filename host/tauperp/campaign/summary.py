@@ -17,6 +17,8 @@ FORCE_EDGES_N = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0, math.inf)
 PAYLOAD_EDGES_KG = (0.0, 0.5, 1.0, 2.0, 3.0, math.inf)
 ROC_POINTS = 200
 
+NO_DETECTION = (Reason.SYNC_TIMEOUT, Reason.JOINT_TIMEOUT, Reason.TASK_TIMEOUT)
+
 BoolArray = npt.NDArray[np.bool_]
 
 
@@ -33,8 +35,9 @@ def found_in_time(rows: Rows, delay_s: npt.NDArray[np.float64]) -> BoolArray:
 
 
 def guard_delay(rows: Rows) -> npt.NDArray[np.float64]:
-    """From the onset to the stop, s; NaN without one."""
-    result: npt.NDArray[np.float64] = rows["stop_s"] - rows["onset_s"]
+    """From the onset to the stop, s; NaN without one. A stop for want of frames finds nothing."""
+    found = ~np.isin(rows["reason"], NO_DETECTION)
+    result: npt.NDArray[np.float64] = np.where(found, rows["stop_s"] - rows["onset_s"], np.nan)
     return result
 
 

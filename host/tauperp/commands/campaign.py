@@ -2,8 +2,13 @@
 
 import argparse
 import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from tauperp.errors import InputError
+
+if TYPE_CHECKING:
+    from tauperp.campaign.plan import Plan
 
 HELP = """Monte Carlo over collisions: payload, motion, link, force, sensors and model error are drawn from the PLAN.
 Every run goes frame by frame through the compiled firmware. Reports detection rates, latencies and false stops with
@@ -22,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from tauperp.campaign.execute import Campaign
     from tauperp.campaign.plan import read_plan
-    from tauperp.campaign.report import folder_of, lines, write_report
+    from tauperp.campaign.report import folder_of, write_report
     from tauperp.campaign.store import Store
     from tauperp.campaign.work import comparison
     from tauperp.view.summary import shown_progress
@@ -32,6 +37,8 @@ def run(args: argparse.Namespace) -> int:
     if args.jobs is not None and args.scheduler is not None:
         raise InputError("--jobs: the cluster's workers decide how many threads there are")
     plan = read_plan(args.plan)
+    if plan.file.recording is not None:
+        return _inject(args, plan)
     names: dict[str, list[str]] = {
         task: [one.name for one in comparison(plan, task, {}).detectors] for task in plan.file.tasks
     }
@@ -39,10 +46,28 @@ def run(args: argparse.Namespace) -> int:
     campaign = Campaign(plan, store)
     with shown_progress("campaign") as report_progress:
         thresholds = campaign.run(report_progress, jobs=args.jobs, scheduler=args.scheduler)
-    report = write_report(plan, store, thresholds, campaign.effort)
+    return _print(args, write_report(plan, store, thresholds, campaign.effort), store.folder)
+
+
+def _inject(args: argparse.Namespace, plan: "Plan") -> int:
+    from tauperp.campaign.injection import inject
+    from tauperp.campaign.report import folder_of, write_injection_report
+    from tauperp.view.summary import shown_progress
+
+    if args.scheduler is not None:
+        raise InputError("--scheduler: pushes into recordings take seconds; they run here")
+    with shown_progress("campaign") as report_progress:
+        injected = inject(plan, report_progress)
+    folder = folder_of(args.out, plan)
+    return _print(args, write_injection_report(plan, folder, injected), folder)
+
+
+def _print(args: argparse.Namespace, report: dict[str, Any], folder: Path) -> int:
+    from tauperp.campaign.report import lines
+
     if args.json:
         print(json.dumps(report, indent=2))
     else:
         print("\n".join(lines(report)))
-        print(f"report.html, report.png and report.json in {store.folder}")
+        print(f"report.html, report.png and report.json in {folder}")
     return 0

@@ -18,7 +18,7 @@ MAX_GAP = 4  # CONFIG_MAX_GAP
 TASK_COUNT = 4
 
 MAGIC = 0x50524554  # "TERP"
-SCHEMA = 1
+SCHEMA = 2
 NUMERICS: dict[Numeric, int] = {"float32": 1, "q9.22": 2}
 CRC_END = 16  # magic, schema, size and the CRC itself are outside of what it covers
 
@@ -62,6 +62,7 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
         ]
     )
     subspace = np.dtype([("basis", word), ("tolerance", num), ("lever_m", num)])
+    sensor = np.dtype([("offset_nm", num, MAX_JOINTS), ("friction_nm", num, MAX_JOINTS)])
     task = np.dtype([("index", word), ("debounce_ticks", word), ("threshold_nm", num, MAX_JOINTS)])
     words = (
         "magic", "schema", "size", "crc", "numeric", "wire", "format", "period_us",
@@ -73,6 +74,7 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
             *((field, word) for field in words),
             ("observer", observer),
             ("subspace", subspace),
+            ("sensor", sensor),
             ("task", task, TASK_COUNT),
             ("robot", robot),
         ]

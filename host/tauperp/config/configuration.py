@@ -59,6 +59,9 @@ class Configuration:
             self._refuse("deadline.tick_budget_us", f"longer than the period of {self.period_us} us")
         if settings.reset.healthy_ms * 1000 < self.period_us:
             self._refuse("reset.healthy_ms", f"shorter than the period of {self.period_us} us")
+        for key, values in (("offset_nm", settings.sensor.offset_nm), ("friction_nm", settings.sensor.friction_nm)):
+            if len(values) not in (1, n):
+                self._refuse(f"sensor.{key}", f"{len(values)} values for the {n} joints of {self.robot.name}")
         for name in TASKS:
             self._check_task(name)
 
@@ -98,7 +101,10 @@ class Configuration:
         settings = self.settings.task[task]
         if settings.index == "off":
             return np.zeros(self.robot.n)
-        return np.broadcast_to(np.array(settings.threshold_nm, float), self.robot.n).copy()
+        return self._by_joint(settings.threshold_nm)
+
+    def _by_joint(self, values: list[float]) -> npt.NDArray[np.float64]:
+        return np.broadcast_to(np.array(values, float), self.robot.n).copy()
 
     def timeout_cycles(self, kind: Literal["sync", "joint", "task"]) -> int:
         """Cycles after which an input is too old: the file's own number, else the DBC's TimeoutCycles."""
@@ -168,6 +174,10 @@ class Configuration:
                 "basis": _BASES[settings.subspace.basis],
                 "tolerance": settings.subspace.tolerance_nm_per_n,
                 "lever_m": settings.subspace.lever_m,
+            },
+            "sensor": {
+                "offset_nm": self._by_joint(settings.sensor.offset_nm),
+                "friction_nm": self._by_joint(settings.sensor.friction_nm),
             },
             "task": [{}, *(self._task_values(name) for name in TASKS)],
             "robot": robot,

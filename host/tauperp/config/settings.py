@@ -52,6 +52,17 @@ class Subspace(Table):
     lever_m: float = Field(gt=0, le=10)
 
 
+class Sensor(Table):
+    """What the joints' torque sensors read besides the torque of the link (`tauperp calibrate`), Nm."""
+
+    offset_nm: Annotated[list[Annotated[float, Field(ge=-64, le=64)]], BeforeValidator(_one_or_many)] = Field(
+        default=[0.0], min_length=1, max_length=MAX_JOINTS
+    )  # one for every joint, or one a joint
+    friction_nm: Annotated[list[Annotated[float, Field(ge=0, le=64)]], BeforeValidator(_one_or_many)] = Field(
+        default=[0.0], min_length=1, max_length=MAX_JOINTS
+    )  # Coulomb friction between sensor and link
+
+
 class Task(Table):
     """What is watched while the robot does this task, and from where on it is a collision."""
 
@@ -101,6 +112,7 @@ class Settings(Table):
     wire: Wire
     observer: Observer
     subspace: Subspace
+    sensor: Sensor = Sensor()
     task: Tasks
     deadline: Deadline
     reset: Reset

@@ -30,6 +30,7 @@ _REFUSALS = {
     13: "a decay of the observer is outside 0 to 1, or its gains do not belong to it",
     14: "a tolerance or lever is not positive, or the basis is unknown",
     15: "a stop category is above 2",
+    16: "a sensor's offset or friction is out of range",
 }  # guard_status_t, from GUARD_BAD_MAGIC on
 _GUARD_OK = 1
 

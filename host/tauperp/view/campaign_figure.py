@@ -117,4 +117,6 @@ def _heat(axis: Axes, summary: dict[str, Any]) -> None:
         for j, column in enumerate(columns):
             count = heat["count"][i][column]
             if count:
-                axis.text(j, i, f"{100 * rates[i, j]:.0f}\n({count})", ha="center", va="center", fontsize=7.5)
+                percent = 100 * rates[i, j]
+                colour = "white" if percent < 12 or percent > 93 else INK
+                axis.text(j, i, f"{percent:.0f}\n({count})", ha="center", va="center", fontsize=7.5, color=colour)

@@ -1,0 +1,291 @@
+"""From motions without touches to thresholds, with what they can promise and what they do not cover."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tauperp.busload import worst_case_load
+from tauperp.calibrate import tail
+from tauperp.calibrate.correction import PAYLOAD_KG, Correction, apparent_payload, fit_correction, offset_at_rest
+from tauperp.calibrate.coverage import coverage
+from tauperp.calibrate.joints import check_joints
+from tauperp.calibrate.sources import Motion
+from tauperp.campaign.kernel import Bench, cycles_of
+from tauperp.config import LOAD_LIMIT, TASKS, Configuration, Numeric, TaskName
+from tauperp.errors import InputError
+from tauperp.intervals import poisson
+
+FloatArray = npt.NDArray[np.float64]
+
+WARM_UP_S = 1.0  # of each motion, in which the observer finds the sensors' offsets
+BLOCK_S = 0.5  # longer than the memory of any filter here
+FEWEST_BLOCKS = 16  # in the part that is fitted
+MOST_OF_LIMIT = 0.95  # of a joint's torque limit
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class TaskCalibration:
+    """Thresholds of one task. `signal`: the index over all motions, and `held_out` where it was not fitted."""
+
+    task: TaskName
+    index: str
+    threshold_nm: FloatArray  # (n,)
+    fitted_maxima: FloatArray  # (blocks, n)
+    held_maxima: FloatArray  # (blocks, n)
+    expected_per_hour: float
+    expected_interval: tuple[float, float]
+    held_alarms: int  # blocks of the held-out part with an excess
+    held_hours: float
+    held_interval: tuple[float, float]
+    others: dict[str, float]  # by recording: share of its blocks above thresholds from all the others
+    speed_share: FloatArray  # (n,) of the block maxima's variance that the block's speed explains
+
+    def report(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "task": self.task,
+            "index": self.index,
+            "threshold_nm": [round(float(value), 3) for value in self.threshold_nm],
+            "expected_alarms_per_hour": _number(self.expected_per_hour),
+            "expected_interval": [_number(value) for value in self.expected_interval],
+            "held_out_alarms": self.held_alarms,
+            "held_out_hours": round(self.held_hours, 5),
+            "held_out_alarms_per_hour_interval": [_number(value) for value in self.held_interval],
+            "share_above_when_calibrated_on_the_others": {name: round(value, 4) for name, value in self.others.items()},
+            "share_of_variance_that_speed_explains": [round(float(value), 3) for value in self.speed_share],
+        }
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Calibration:
+    """Everything that the command writes."""
+
+    configuration: Configuration  # at the recordings' rate, with the correction and the thresholds
+    motions: tuple[Motion, ...]
+    correction: Correction
+    offset_from: str
+    tasks: tuple[TaskCalibration, ...]
+    coverage: dict[str, Any]
+    checks: list[str]
+    notes: list[str]
+    wanted_per_hour: float
+    hours: float  # of motion behind the warm-up
+    held_out: float
+
+    @property
+    def promised_per_hour(self) -> float:
+        """The wanted rate, or 3 / T of the held-out part if that is more: the data support no less."""
+        held = min((task.held_hours for task in self.tasks), default=0.0)
+        return max(self.wanted_per_hour, tail.supported_rate(held))
+
+
+def calibrate(
+    motions: Sequence[Motion],
+    configuration: Configuration,
+    *,
+    alarms_per_hour: float,
+    held_out: float,
+    rest: Motion | None = None,
+    numeric: Numeric = "float32",
+    progress: Callable[[float, str], None] = lambda share, phase: None,
+) -> Calibration:
+    """Calibrate every task that the configuration has on.
+
+    motions         without touches, all at one rate
+    held_out        share at the end of each motion that judges, 0.1 to 0.9
+    rest            an arm at rest and unloaded, for the offsets; without it they come from the motions
+
+    Raises InputError for motions that are too short, touched, or do not fit the robot.
+    """
+    progress(0.0, "checking the joints")
+    every = [*motions, *([rest] if rest else [])]
+    checks = check_joints([motion.untouched for motion in every], configuration.robot)
+    for motion in every:
+        motion.refuse_touches()
+    at_rate = at_rate_of(motions, configuration)
+    notes: list[str] = []
+    progress(0.1, "offsets and friction")
+    correction, offset_from = _correct(motions, rest, at_rate, held_out, numeric, notes)
+    corrected = [correction.apply(motion) for motion in motions]
+    tasks = []
+    active = [task for task in TASKS if at_rate.settings.task[task].index != "off"]
+    for number, task in enumerate(active):
+        progress(0.2 + 0.7 * number / len(active), f"thresholds of task {task}")
+        tasks.append(_calibrate_task(task, corrected, at_rate, alarms_per_hour, held_out, numeric))
+    sensor = {
+        "offset_nm": [round(float(value), 3) for value in correction.offset_nm],
+        "friction_nm": [round(float(value), 3) for value in correction.friction_nm],
+    }
+    values: dict[str, Any] = {
+        one.task: {
+            **at_rate.settings.task[one.task].model_dump(),
+            "threshold_nm": [round(float(value), 3) for value in one.threshold_nm],
+        }
+        for one in tasks
+    }
+    progress(1.0, "done")
+    return Calibration(
+        at_rate.changed(sensor=sensor, task=values),
+        tuple(motions),
+        correction,
+        offset_from,
+        tuple(tasks),
+        coverage(motions, configuration.robot),
+        checks,
+        notes,
+        alarms_per_hour,
+        sum(max(0.0, motion.duration_s - WARM_UP_S) for motion in motions) / 3600,
+        held_out,
+    )
+
+
+def at_rate_of(motions: Sequence[Motion], configuration: Configuration) -> Configuration:
+    """The configuration at the motions' rate: thresholds belong to it. CAN FD where a classic bus would be too full."""
+    first = motions[0]
+    for motion in motions:
+        if abs(motion.period_us - first.period_us) > 0.02 * first.period_us:
+            raise InputError(
+                f"{motion.name}: {motion.period_us} us a row, and {first.name} has {first.period_us}: "
+                "calibrate them apart"
+            )
+        if motion.is_mean_torque != first.is_mean_torque:
+            raise InputError(f"{motion.name}: bus logs and tables of samples are not calibrated together")
+    rate_hz = 1e6 / first.period_us
+    form = configuration.settings.wire.format
+    if worst_case_load(configuration.wire, joints=configuration.robot.n, rate_hz=rate_hz, fd=False) > LOAD_LIMIT:
+        form = "fd"
+    sample = "interval" if first.is_mean_torque else "instant"
+    return configuration.changed(
+        wire={"rate_hz": rate_hz, "format": form},
+        observer={"torque_sample": sample},
+        sensor={"offset_nm": [0.0], "friction_nm": [0.0]},
+    )
+
+
+def _listen(
+    motion: Motion, configuration: Configuration, task: TaskName, numeric: Numeric
+) -> tuple[FloatArray, FloatArray]:
+    """r and the index of each row behind the warm-up, (m, n) each."""
+    bench = Bench([configuration], [], numeric=numeric)
+    heard = bench.listen(
+        (motion.q, motion.qd, motion.tau), cycles_of(motion.time_s, configuration.period_us), TASKS[task]
+    )
+    if heard.rows < len(motion.time_s):
+        raise InputError(f"{motion.name}: row {heard.rows + 1}: a reading beyond what the wire carries")
+    first = int(np.searchsorted(motion.time_s, WARM_UP_S))
+    return heard.residual[first:], heard.index[first:]
+
+
+def _behind_warm_up(motion: Motion) -> Motion:
+    return motion.part(int(np.searchsorted(motion.time_s, WARM_UP_S)), len(motion.time_s))
+
+
+def _correct(
+    motions: Sequence[Motion],
+    rest: Motion | None,
+    configuration: Configuration,
+    held_out: float,
+    numeric: Numeric,
+    notes: list[str],
+) -> tuple[Correction, str]:
+    task = next(name for name in TASKS if configuration.settings.task[name].index != "off")
+    n, gain = configuration.robot.n, configuration.settings.observer.gain_per_s
+    offset_from = "the motions"
+    start = np.zeros(n)
+    if rest is not None:
+        own_rate = at_rate_of([rest], configuration)
+        start = offset_at_rest(_behind_warm_up(rest), _listen(rest, own_rate, task, numeric)[0])
+        offset_from = rest.name
+    pairs = []
+    for motion in motions:
+        residual = _listen(motion.corrected(motion.tau - start), configuration, task, numeric)[0]
+        pairs.append((_behind_warm_up(motion), residual))
+    _check_length(motions, held_out)
+    cut = [round((1 - held_out) * len(residual)) for _, residual in pairs]
+    fitted = [(motion.part(0, at), residual[:at]) for (motion, residual), at in zip(pairs, cut, strict=True)]
+    judged = [
+        (motion.part(at, len(residual)), residual[at:]) for (motion, residual), at in zip(pairs, cut, strict=True)
+    ]
+    found = fit_correction(fitted, judged, gain)
+    if rest is not None:
+        found = dataclasses.replace(found, offset_nm=start)
+    mass, explained = apparent_payload(pairs, configuration.robot)
+    if abs(mass) > PAYLOAD_KG and explained > 0.5:
+        notes.append(
+            f"r looks like a payload of {mass:+.2f} kg ({100 * explained:.0f} % of its variance): is something in the "
+            "gripper, or is the hand missing from the model? Offsets from such a motion are wrong."
+        )
+    for joint, gained in enumerate(found.viscous_gain):
+        if gained > 0.05:
+            notes.append(f"joint {joint + 1}: a viscous term would lower r by {100 * gained:.0f} % on held-out data")
+    return found, offset_from
+
+
+def _check_length(motions: Sequence[Motion], held_out: float) -> None:
+    fitted_s = sum(max(0.0, (motion.duration_s - WARM_UP_S) * (1 - held_out)) for motion in motions)
+    if fitted_s < FEWEST_BLOCKS * BLOCK_S:
+        raise InputError(
+            f"{motions[0].name}: {fitted_s:.1f} s to calibrate on are too little; "
+            f"{FEWEST_BLOCKS * BLOCK_S:g} s are needed behind the first {WARM_UP_S:g} s and besides what is held out"
+        )
+
+
+def _calibrate_task(
+    task: TaskName,
+    motions: Sequence[Motion],
+    configuration: Configuration,
+    alarms_per_hour: float,
+    held_out: float,
+    numeric: Numeric,
+) -> TaskCalibration:
+    block_rows = max(1, round(BLOCK_S * 1e6 / configuration.period_us))
+    signals = [_listen(motion, configuration, task, numeric)[1] for motion in motions]
+    cut = [round((1 - held_out) * len(signal)) for signal in signals]
+    fitted = [tail.block_maxima(signal[:at], block_rows) for signal, at in zip(signals, cut, strict=True)]
+    judged = [tail.block_maxima(signal[at:], block_rows) for signal, at in zip(signals, cut, strict=True)]
+    every = [tail.block_maxima(signal, block_rows) for signal in signals]
+    maxima, held = np.concatenate(fitted), np.concatenate(judged)
+    limits = np.array([MOST_OF_LIMIT * joint.torque_max for joint in configuration.robot.joints])
+    threshold = np.minimum(tail.thresholds(maxima, BLOCK_S, alarms_per_hour), limits)
+    alarms = int((held > threshold).any(axis=1).sum())
+    hours = len(held) * BLOCK_S / 3600
+    others = {}
+    for number, motion in enumerate(motions):
+        rest = [one for k, one in enumerate(every) if k != number]
+        if rest:
+            foreign = tail.thresholds(np.concatenate(rest), BLOCK_S, alarms_per_hour)
+            others[motion.name] = float((every[number] > foreign).any(axis=1).mean())
+    speeds = [
+        tail.block_maxima(_behind_warm_up(motion).qd[:at], block_rows) for motion, at in zip(motions, cut, strict=True)
+    ]
+    return TaskCalibration(
+        task,
+        configuration.settings.task[task].index,
+        threshold,
+        maxima,
+        held,
+        tail.expected_rate(maxima, threshold, BLOCK_S),
+        tail.rate_interval(maxima, threshold, BLOCK_S),
+        alarms,
+        hours,
+        poisson(alarms, hours),
+        others,
+        _explained(np.concatenate(speeds), maxima),
+    )
+
+
+def _explained(speed: FloatArray, maxima: FloatArray) -> FloatArray:
+    """Squared correlation of the block maxima with the joint's largest speed in the block, (n,)."""
+    rows = min(len(speed), len(maxima))
+    shares = []
+    for x, y in zip(speed[:rows].T, maxima[:rows].T, strict=True):
+        shares.append(0.0 if np.std(x) < 1e-6 or np.std(y) < 1e-9 else float(np.corrcoef(x, y)[0, 1]) ** 2)
+    return np.array(shares)
+
+
+def _number(value: float) -> float | None:
+    return None if math.isinf(value) or math.isnan(value) else round(value, 4)

@@ -1,0 +1,158 @@
+"""What a calibration leaves: a TOML file for `tauperp config`, JSON, and a page that an engineer can file."""
+
+import datetime
+from typing import Any
+
+from tauperp.calibrate import tail
+from tauperp.calibrate.calibration import Calibration
+from tauperp.firmware import load_library
+from tauperp.provenance import provenance, provenance_line
+from tauperp.view import page
+
+
+def _list(values: Any) -> str:
+    return "[" + ", ".join(f"{float(value):g}" for value in values) + "]"
+
+
+def toml(calibration: Calibration, robot: str, preset: str) -> str:
+    """The installation's file; `robot` and `preset` as the command was given them."""
+    settings = calibration.configuration.settings
+    names = ", ".join(motion.name for motion in calibration.motions)
+    lines = [
+        f"# Thresholds by `tauperp calibrate` from {names}: {3600 * calibration.hours:.0f} s of motion.",
+        f"# Wanted: {calibration.wanted_per_hour:g} false alarms per hour and task. The data promise no less than "
+        f"{calibration.promised_per_hour:.3g} at 95 %.",
+        *(f"# Not covered: {sentence}" for sentence in calibration.coverage["missing"]),
+        "",
+        f'robot = "{robot}"',
+        f'preset = "{preset}"',
+        "",
+        "[wire]",
+        f"rate_hz = {settings.wire.rate_hz:.10g}",
+        f'format = "{settings.wire.format}"',
+        "",
+        "[observer]",
+        f"gain_per_s = {settings.observer.gain_per_s:g}",
+        f'torque_sample = "{settings.observer.torque_sample}"',
+        "",
+        "[sensor]",
+        f"offset_nm = {_list(settings.sensor.offset_nm)}",
+        f"friction_nm = {_list(settings.sensor.friction_nm)}",
+    ]
+    for one in calibration.tasks:
+        task = settings.task[one.task]
+        lines += [
+            "",
+            f"[task.{one.task}]",
+            f'index = "{task.index}"',
+            f"threshold_nm = {_list(task.threshold_nm)}",
+            f"debounce_ticks = {task.debounce_ticks}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def report(calibration: Calibration) -> dict[str, Any]:
+    """For calibration.json."""
+    return {
+        "robot": calibration.configuration.robot.name,
+        "recordings": [
+            {"name": motion.name, "seconds": round(motion.duration_s, 2), "period_us": motion.period_us}
+            for motion in calibration.motions
+        ],
+        "hours": round(calibration.hours, 5),
+        "held_out_share": calibration.held_out,
+        "wanted_alarms_per_hour": calibration.wanted_per_hour,
+        "promised_alarms_per_hour": round(calibration.promised_per_hour, 3),
+        "offset_from": calibration.offset_from,
+        "offset_nm": [round(float(value), 3) for value in calibration.correction.offset_nm],
+        "friction_nm": [round(float(value), 3) for value in calibration.correction.friction_nm],
+        "viscous_gain": [round(float(value), 3) for value in calibration.correction.viscous_gain],
+        "tasks": [task.report() for task in calibration.tasks],
+        "coverage": calibration.coverage,
+        "checks": calibration.checks,
+        "notes": calibration.notes,
+        "hashes": provenance(load_library("float32"), calibration.configuration),
+    }
+
+
+def lines(calibration: Calibration) -> list[str]:
+    """For a terminal."""
+    text = [
+        f"{'task':<9}{'index':<7}{'expected per hour':<26}{'held out':<34}thresholds Nm",
+    ]
+    for one in calibration.tasks:
+        low, high = one.expected_interval
+        expected = f"{one.expected_per_hour:.2g} ({low:.2g}-{high:.2g})"
+        held = f"{one.held_alarms} in {3600 * one.held_hours:.0f} s: up to {one.held_interval[1]:.0f} per hour"
+        values = " ".join(f"{value:.2f}" for value in one.threshold_nm)
+        text.append(f"{one.task:<9}{one.index:<7}{expected:<26}{held:<34}{values}")
+        for name, share in one.others.items():
+            text.append(f"         {name}: {100 * share:.0f} % of it above thresholds from the other recordings")
+    text.append(
+        f"offsets from {calibration.offset_from}: "
+        + " ".join(f"{value:+.2f}" for value in calibration.correction.offset_nm)
+        + " Nm; friction "
+        + " ".join(f"{value:.2f}" for value in calibration.correction.friction_nm)
+        + " Nm"
+    )
+    supported = tail.supported_rate(min((one.held_hours for one in calibration.tasks), default=0.0))
+    text.append(
+        f"{3600 * calibration.hours:.0f} s of motion: without an alarm the held-out part would promise "
+        f"{supported:.3g} per hour at 95 % (3 / T), whatever the tail says"
+    )
+    text += calibration.notes
+    missing = calibration.coverage["missing"]
+    text += ["not covered:", *(f"  {sentence}" for sentence in missing)] if missing else ["covered: speed and poses"]
+    return text
+
+
+def html(calibration: Calibration, png: bytes) -> str:
+    """The page."""
+    content = report(calibration)
+    joints = calibration.configuration.robot.joints
+    parts = [
+        page.note(
+            f"{', '.join(motion.name for motion in calibration.motions)}: {3600 * calibration.hours:.0f} s of motion, "
+            f"the last {100 * calibration.held_out:.0f} % of each held out. "
+            f"Made {datetime.datetime.now(datetime.UTC).date().isoformat()}."
+        ),
+        page.figure(png, "Block maxima, thresholds and coverage"),
+        page.heading("Thresholds, Nm"),
+        page.table(
+            ("task", *(joint.name for joint in joints)),
+            [
+                [f"{one.task} ({one.index})", *(f"{value:.2f}" for value in one.threshold_nm)]
+                for one in calibration.tasks
+            ]
+            + [
+                ["sensor offset", *(f"{value:+.2f}" for value in calibration.correction.offset_nm)],
+                ["Coulomb friction", *(f"{value:.2f}" for value in calibration.correction.friction_nm)],
+            ],
+        ),
+        page.heading("False alarms per hour"),
+        page.table(
+            ("task", "wanted", "expected by the tail (95 %)", "held out", "held-out rate (95 %)"),
+            [
+                [
+                    one.task,
+                    f"{calibration.wanted_per_hour:g}",
+                    f"{one.expected_per_hour:.2g} ({one.expected_interval[0]:.2g}-{one.expected_interval[1]:.2g})",
+                    f"{one.held_alarms} in {3600 * one.held_hours:.0f} s",
+                    f"{one.held_interval[0]:.1f}-{one.held_interval[1]:.0f}",
+                ]
+                for one in calibration.tasks
+            ],
+        ),
+        page.note(
+            "Thresholds are the quantiles of a generalised extreme-value tail of the largest |index| in each half "
+            f"second. The held-out part without an alarm would promise {calibration.promised_per_hour:.3g} per hour "
+            "at 95 % (3 / T): the rest is the tail's extrapolation."
+        ),
+        page.heading("What the data do not cover"),
+        page.table(("joint", "not seen"), [sentence.split(": ", 1) for sentence in content["coverage"]["missing"]]),
+        page.heading("Checks"),
+        page.table(("joint", "against the model"), [sentence.split(": ", 1) for sentence in calibration.checks]),
+        *(page.note(sentence) for sentence in calibration.notes),
+        page.note(provenance_line(content["hashes"])),
+    ]
+    return page.page(f"Calibration of {content['robot']}", parts)

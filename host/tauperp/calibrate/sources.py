@@ -1,0 +1,133 @@
+"""What a calibration is made from: tables of recordings, bus logs, and a live bus, all as one `Motion`."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import can
+import numpy as np
+import numpy.typing as npt
+
+from tauperp.errors import InputError
+from tauperp.replay.buslog import BusLog
+from tauperp.replay.tables import read_recording
+from tauperp.wire import Receiver, Wire
+
+FloatArray = npt.NDArray[np.float64]
+
+BUS_LOGS = (".blf", ".asc", ".log", ".trc", ".db")
+CYCLES = 1 << 16
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Motion:
+    """Readings of an arm that nobody touches, one row a cycle. Torque Nm with the sign of the gravity torque."""
+
+    name: str
+    time_s: FloatArray  # (m,) from 0
+    q: FloatArray  # (m, n) rad
+    qd: FloatArray  # (m, n) rad/s
+    tau: FloatArray  # (m, n) Nm
+    is_mean_torque: bool  # the mean since the row before (the bus's joints), not a sample
+    touched_row: int | None = None  # the first row in which somebody touches the arm
+
+    @property
+    def period_us(self) -> int:
+        """The median distance of two rows."""
+        return round(float(np.median(np.diff(self.time_s))) * 1e6)
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.time_s[-1])
+
+    @property
+    def untouched(self) -> "Motion":
+        """The rows before the first touch."""
+        return self if self.touched_row is None else self.part(0, max(self.touched_row, 2))
+
+    def refuse_touches(self) -> None:
+        """Raises InputError if somebody touches the arm."""
+        if self.touched_row is not None:
+            at_s = float(self.time_s[self.touched_row])
+            raise InputError(f"{self.name}: touched at {at_s:.2f} s; a calibration needs recordings without touches")
+
+    def corrected(self, tau: FloatArray) -> "Motion":
+        """The same with other torques."""
+        return dataclasses.replace(self, tau=tau)
+
+    def part(self, first: int, last: int) -> "Motion":
+        """Some of its rows, with their own time."""
+        rows = slice(first, last)
+        return dataclasses.replace(
+            self,
+            touched_row=None,
+            time_s=self.time_s[rows] - self.time_s[first],
+            q=self.q[rows],
+            qd=self.qd[rows],
+            tau=self.tau[rows],
+        )
+
+
+def is_bus_log(path: Path) -> bool:
+    """By its suffix, with or without .gz."""
+    return path.with_suffix("").suffix.lower() in BUS_LOGS if path.suffix == ".gz" else path.suffix in BUS_LOGS
+
+
+def read_motion(path: str | Path, joints: int, map_file: str | Path | None = None) -> Motion:
+    """Read one file. Raises InputError if it is damaged or holds no readings of so many joints."""
+    path = Path(path)
+    if is_bus_log(path):
+        log = BusLog(path)
+        motion = motion_of_frames(log, joints, path.name)
+        if log.damage is not None:
+            raise InputError(str(log.damage))
+        return motion
+    recording = read_recording(path, joints, map_file)
+    if recording.damage is not None:
+        raise InputError(recording.damage)
+    touched = recording.touched
+    row = int(np.argmax(touched)) if touched is not None and touched.any() else None
+    return Motion(recording.name, recording.time_s, recording.q, recording.qd, recording.tau, False, row)
+
+
+def motion_of_frames(frames: Iterable[can.Message], joints: int, name: str) -> Motion:
+    """The complete cycles among the frames of a bus; frames that fail their E2E check are no readings."""
+    wire = Wire.read()
+    receiver = Receiver(wire)
+    ids = {wire.message(f"JointState{joint + 1}").id: joint for joint in range(joints)}
+    sync = wire.message("Sync").id
+    rows: list[tuple[float, npt.NDArray[np.float64]]] = []
+    current, at_s = np.full((3, joints), np.nan), None
+    for frame in frames:
+        if frame.arbitration_id != sync and frame.arbitration_id not in ids:
+            continue
+        received = receiver.receive(frame)
+        if received is None or not received.status.accepted or received.invalid:
+            continue
+        if frame.arbitration_id == sync:
+            if at_s is not None and np.isfinite(current).all():
+                rows.append((at_s, current.copy()))
+            current[:], at_s = np.nan, frame.timestamp
+        elif received.signals["SensorStatus"] == 0:
+            signals = received.signals
+            current[:, ids[frame.arbitration_id]] = signals["Position"], signals["Velocity"], signals["Torque"]
+    if at_s is not None and np.isfinite(current).all():
+        rows.append((at_s, current.copy()))
+    if len(rows) < 2:
+        raise InputError(f"{name}: no two complete cycles of {joints} joints")
+    times = np.array([row[0] for row in rows])
+    values = np.stack([row[1] for row in rows])
+    return Motion(name, times - times[0], values[:, 0], values[:, 1], values[:, 2], True)
+
+
+def record_motion(bus: can.BusABC, seconds: float, joints: int, report: Callable[[float], None]) -> Motion:
+    """Listen to a live bus for so long. It sends nothing."""
+    frames: list[can.Message] = []
+    begin = time.monotonic()
+    while (passed := time.monotonic() - begin) < seconds:
+        frame = bus.recv(timeout=min(0.1, seconds - passed))
+        if frame is not None:
+            frames.append(frame)
+        report(min(passed / seconds, 1.0))
+    return motion_of_frames(frames, joints, "bus")

@@ -1,0 +1,114 @@
+"""A threshold for a wanted rate of false alarms: block maxima and their extreme-value tail.
+
+The signal is cut into blocks that are longer than its memory. Their maxima follow a generalised extreme-value
+distribution (S. Coles, An Introduction to Statistical Modeling of Extreme Values, 2001, chapter 3), whose quantile is
+the threshold. A record of T hours without an alarm still allows a rate of 3 / T at 95 %: the tail is an extrapolation
+and is reported as one.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+SHAPES = (-0.2, 0.2)  # of the tail; a few dozen maxima support no wilder one
+FEWEST_FOR_SHAPE = 60  # maxima; fewer give Gumbel's tail
+FEWEST = 8
+RESAMPLES = 200
+SMALLEST_NM = 0.1
+FARTHEST = 10.0  # record lengths over which the tail is extrapolated
+
+
+@dataclass(frozen=True)
+class Tail:
+    """A generalised extreme-value distribution in scipy's convention: its c is minus the usual shape."""
+
+    shape: float
+    location: float
+    scale: float
+
+    def quantile(self, above: float) -> float:
+        """The value that one block's maximum exceeds with probability `above`."""
+        from scipy.stats import genextreme
+
+        return float(genextreme.isf(above, self.shape, self.location, self.scale))
+
+    def above(self, value: float) -> float:
+        """The probability that one block's maximum exceeds `value`."""
+        from scipy.stats import genextreme
+
+        return float(genextreme.sf(value, self.shape, self.location, self.scale))
+
+
+def block_maxima(signal: FloatArray, block_rows: int) -> FloatArray:
+    """Largest |signal| (m, n) in each whole block, (blocks, n)."""
+    blocks = len(signal) // block_rows
+    if blocks == 0:
+        return np.zeros((0, signal.shape[1]))
+    cut = np.abs(signal[: blocks * block_rows])
+    result: FloatArray = cut.reshape(blocks, block_rows, -1).max(axis=1)
+    return result
+
+
+def fit_tail(maxima: FloatArray) -> Tail:
+    """Fit one joint's block maxima (blocks,) by L-moments (J. R. M. Hosking, Technometrics 27, 1985)."""
+    ordered = np.sort(maxima)
+    n = len(ordered)
+    rank = np.arange(n)
+    b0 = float(ordered.mean())
+    b1 = float((rank / max(n - 1, 1) * ordered).mean())
+    b2 = float((rank * (rank - 1) / max((n - 1) * (n - 2), 1) * ordered).mean())
+    l2, l3 = 2 * b1 - b0, 6 * b2 - 6 * b1 + b0
+    if l2 <= 1e-12:
+        return Tail(0.0, b0, max(1e-6, abs(b0) * 1e-3))
+    shape = 0.0
+    if n >= FEWEST_FOR_SHAPE:
+        c = 2 / (3 + l3 / l2) - math.log(2) / math.log(3)
+        shape = min(max(7.8590 * c + 2.9554 * c * c, SHAPES[0]), SHAPES[1])
+    if abs(shape) < 1e-3:
+        scale = l2 / math.log(2)
+        return Tail(0.0, b0 - 0.5772156649 * scale, scale)
+    gamma = math.gamma(1 + shape)
+    scale = l2 * shape / ((1 - 2**-shape) * gamma)
+    return Tail(shape, b0 - scale * (1 - gamma) / shape, scale)
+
+
+def thresholds(maxima: FloatArray, block_s: float, alarms_per_hour: float) -> FloatArray:
+    """One threshold a signal, (n,), that together are exceeded in this many blocks an hour; from maxima (blocks, n).
+
+    Never for fewer than one in FARTHEST lengths of the record: farther out the tail is a guess.
+    """
+    n = maxima.shape[1]
+    rate = max(alarms_per_hour, reachable_rate(len(maxima) * block_s / 3600))
+    above = -math.expm1(-rate / n * block_s / 3600)
+    values = [max(fit_tail(column).quantile(above), float(column.max()), SMALLEST_NM) for column in maxima.T]
+    return np.array(values)
+
+
+def expected_rate(maxima: FloatArray, limits: FloatArray, block_s: float) -> float:
+    """Alarms per hour that the fitted tails expect of these thresholds."""
+    kept = 1.0
+    for column, limit in zip(maxima.T, limits, strict=True):
+        kept *= 1.0 - fit_tail(column).above(float(limit))
+    return (1.0 - kept) * 3600 / block_s
+
+
+def rate_interval(maxima: FloatArray, limits: FloatArray, block_s: float, seed: int = 1) -> tuple[float, float]:
+    """95 % interval of `expected_rate` over resampled blocks."""
+    rng = np.random.default_rng(seed)
+    blocks = len(maxima)
+    rates = [expected_rate(maxima[rng.integers(0, blocks, blocks)], limits, block_s) for _ in range(RESAMPLES)]
+    return float(np.quantile(rates, 0.025)), float(np.quantile(rates, 0.975))
+
+
+def reachable_rate(hours: float) -> float:
+    """The smallest rate per hour that a tail from so many hours is extrapolated to."""
+    return 1.0 / (FARTHEST * hours) if hours > 0 else math.inf
+
+
+def supported_rate(hours: float) -> float:
+    """The smallest rate per hour that a record of so many hours without an alarm can promise at 95 %: 3 / T."""
+    return 3.0 / hours if hours > 0 else math.inf

@@ -1,0 +1,110 @@
+"""`tauperp calibrate`: thresholds, sensor offsets and friction of one arm from recordings that nobody touches."""
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import can
+
+from tauperp.bus import SOCKETCAN, add_bus_arguments, open_bus
+from tauperp.config import Configuration, load_configuration, preset_names
+from tauperp.errors import InputError
+from tauperp.files import write_atomically
+
+if TYPE_CHECKING:
+    from tauperp.calibrate.sources import Motion
+
+HELP = """Thresholds for a wanted rate of false alarms from recordings of the arm that nobody touches: tables, bus
+logs, or a live bus (--record-for). Checks sign, order and unit of every joint against the model, finds the sensors'
+offsets and friction, holds part of the data out to judge the result, and names what the data do not cover."""
+
+LARGEST_SHARE, SMALLEST_SHARE = 0.9, 0.1
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recordings", nargs="*", metavar="RECORDING", help="tables or bus logs without touches")
+    parser.add_argument("--config", metavar="FILE", help="TOML file or preset to calibrate (default: default)")
+    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the configuration's")
+    parser.add_argument("--map", metavar="FILE", help="TOML file of the tables' columns, units and signs")
+    parser.add_argument("--offsets", metavar="FILE", help="recording of the arm at rest, unloaded: gives the offsets")
+    parser.add_argument(
+        "--alarms-per-hour", type=float, default=1.0, metavar="RATE", help="wanted false alarms of each task (1)"
+    )
+    parser.add_argument("--held-out", type=float, default=0.33, metavar="SHARE", help="of each recording (0.33)")
+    parser.add_argument("--record-for", type=float, metavar="S", help="listen to a bus for so many seconds")
+    parser.add_argument("-o", "--output", metavar="OUT", help="the TOML file (calibration.toml in --out)")
+    parser.add_argument("--out", metavar="DIR", default="out/calibrate", help="folder of page, figure and JSON")
+    parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
+    add_bus_arguments(parser)
+    parser.set_defaults(interface=None, channel=None, bitrate=None, data_bitrate=None)
+
+
+def run(args: argparse.Namespace) -> int:
+    from tauperp.calibrate import output
+    from tauperp.calibrate.calibration import calibrate
+    from tauperp.calibrate.sources import read_motion
+    from tauperp.view.calibration_figure import calibration_figure
+    from tauperp.view.summary import shown_progress
+
+    if bool(args.recordings) == (args.record_for is not None):
+        raise InputError("calibrate: name either recordings or, with --record-for, a bus to listen to")
+    if not 0 < args.alarms_per_hour <= 3600:
+        raise InputError(f"--alarms-per-hour: {args.alarms_per_hour:g} is not in 0 to 3600")
+    if not SMALLEST_SHARE <= args.held_out <= LARGEST_SHARE:
+        raise InputError(f"--held-out: {args.held_out:g} is not in {SMALLEST_SHARE} to {LARGEST_SHARE}")
+    source = args.config or "default"
+    configuration = load_configuration(source, robot=args.robot)
+    joints = configuration.robot.n
+    with shown_progress("calibrate") as progress:
+        if args.record_for is not None:
+            motions = [_listen(args, joints, lambda share: progress(share, "listening"))]
+        else:
+            motions = [read_motion(path, joints, args.map) for path in args.recordings]
+        rest = None if args.offsets is None else read_motion(args.offsets, joints, args.map)
+        result = calibrate(
+            motions,
+            configuration,
+            alarms_per_hour=args.alarms_per_hour,
+            held_out=args.held_out,
+            rest=rest,
+            progress=progress,
+        )
+    out = Path(args.out)
+    target = Path(args.output) if args.output else out / "calibration.toml"
+    model = args.robot or _model_of(configuration)
+    if Path(model).is_file():
+        model = str(Path(model).resolve())
+    preset = source if source in preset_names() else configuration.settings.preset
+    png = calibration_figure(result)
+    content = output.report(result)
+    write_atomically(out / "calibration.json", json.dumps(content, indent=2) + "\n")
+    write_atomically(out / "calibration.png", png)
+    write_atomically(out / "calibration.html", output.html(result, png))
+    write_atomically(target, output.toml(result, model, preset))
+    if args.json:
+        print(json.dumps(content, indent=2))
+    else:
+        print("\n".join(output.lines(result)))
+        print(f"{target}; calibration.html, .png and .json in {out}")
+    return 0
+
+
+def _model_of(configuration: Configuration) -> str:
+    choice = configuration.settings.robot
+    return configuration.robot.name if choice is None else choice.model
+
+
+def _listen(args: argparse.Namespace, joints: int, report: Callable[[float], None]) -> "Motion":
+    """From the bus that the arguments name. Raises InputError if it goes away."""
+    from tauperp.calibrate.sources import record_motion
+
+    if not 0 < args.record_for < float("inf"):
+        raise InputError(f"--record-for: {args.record_for:g} is not a positive number")
+    options = {"fd": True} if args.interface == SOCKETCAN else {}
+    with open_bus(args, **options) as bus:
+        try:
+            return record_motion(bus, args.record_for, joints, report)
+        except can.CanError as error:
+            raise InputError(f"CAN bus {args.interface} {args.channel}: {' '.join(str(error).split())}") from error

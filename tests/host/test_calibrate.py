@@ -1,0 +1,259 @@
+"""Calibration: what it finds on arms whose errors are known, what it refuses, and real recordings."""
+
+import csv
+import threading
+import time
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+
+from tauperp.calibrate import tail
+from tauperp.calibrate.calibration import Calibration, calibrate
+from tauperp.calibrate.correction import offset_at_rest
+from tauperp.calibrate.coverage import coverage
+from tauperp.calibrate.joints import check_joints
+from tauperp.calibrate.sources import Motion, motion_of_frames, read_motion
+from tauperp.cli import main
+from tauperp.config import load_configuration
+from tauperp.errors import InputError
+from tauperp.sim.dynamics import Dynamics
+from tauperp.sim.posture import home
+from tauperp.wire import Sender, Wire
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+CASES = Path(__file__).resolve().parents[3] / "shared" / "cases" / "inputs"
+ROBOT = load_configuration("default", robot="ku_dex").robot
+OFFSET = np.array([0.3, -0.4, 0.1, 0.0, 0.2, -0.1, 0.05])
+FRICTION = np.array([0.4, 0.3, 0.2, 0.3, 0.1, 0.2, 0.0])
+
+
+def wave(seconds: float, seed: int = 1, *, rate_hz: float = 200.0, noise: float = 0.03, scale: float = 0.5) -> Motion:
+    """A motion of the arm with known sensor errors."""
+    rng = np.random.default_rng(seed)
+    dynamics = Dynamics(ROBOT)
+    time_s = np.arange(round(seconds * rate_hz)) / rate_hz
+    rates = 2 * np.pi * rng.uniform(0.1, 0.5, (3, 7))
+    phases = rng.uniform(0, 2 * np.pi, (3, 7))
+    angles = rates[:, None, :] * time_s[None, :, None] + phases[:, None, :]
+    amplitude = scale / 3
+    q = home(ROBOT, dynamics) + amplitude * np.sin(angles).sum(axis=0)
+    qd = amplitude * (rates[:, None, :] * np.cos(angles)).sum(axis=0)
+    qdd = -amplitude * (rates[:, None, :] ** 2 * np.sin(angles)).sum(axis=0)
+    rotor = np.array([joint.rotor_inertia for joint in ROBOT.joints])
+    tau = np.array([dynamics.inverse(*row) for row in zip(q, qd, qdd, strict=True)]) - rotor * qdd
+    tau += OFFSET + FRICTION * np.clip(qd / 0.05, -1, 1) + noise * rng.standard_normal(tau.shape)
+    velocity = qd + 0.001 * rng.standard_normal(qd.shape)
+    return Motion(f"wave{seed}", time_s, q, velocity, tau, False)
+
+
+def write_table(motion: Motion, path: Path) -> Path:
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        names = [f"{name}{joint}" for name in ("q", "dq", "tau_J") for joint in range(7)]
+        writer.writerow(["time", *names])
+        for row in zip(motion.time_s, motion.q, motion.qd, motion.tau, strict=True):
+            writer.writerow([f"{row[0]:.4f}", *(f"{value:.6f}" for part in row[1:] for value in part)])
+    return path
+
+
+@pytest.fixture(scope="module")
+def found() -> Calibration:
+    return calibrate([wave(60)], load_configuration("default", robot=ROBOT), alarms_per_hour=60, held_out=0.33)
+
+
+def test_offsets_and_friction_are_found(found: Calibration) -> None:
+    assert found.correction.offset_nm == pytest.approx(OFFSET, abs=0.04)
+    assert found.correction.friction_nm == pytest.approx(FRICTION, abs=0.05)
+
+
+def test_the_firmware_takes_off_what_was_found(found: Calibration) -> None:
+    settings = found.configuration.settings.sensor
+    assert np.abs(np.array(settings.offset_nm) - OFFSET).max() < 0.04
+    largest = found.tasks[0].fitted_maxima.max(axis=0)
+    assert (largest < 0.5).all(), "r of a corrected arm is noise"
+
+
+def test_thresholds_hold_on_motion_of_the_same_kind(found: Calibration) -> None:
+    for task in found.tasks:
+        assert task.held_alarms <= 1
+        assert (task.threshold_nm >= task.fitted_maxima.max(axis=0)).all()
+
+
+def test_no_fewer_alarms_are_promised_than_the_held_out_time_supports(found: Calibration) -> None:
+    hours = found.tasks[0].held_hours
+    assert found.promised_per_hour == pytest.approx(3 / hours)
+    assert found.promised_per_hour > found.wanted_per_hour
+
+
+def test_a_slow_joint_is_named_in_what_is_not_covered() -> None:
+    motion = wave(30)
+    motion.qd[:, 3] *= 0.05
+    missing = coverage([motion], ROBOT)["missing"]
+    assert any(sentence.startswith("joint 4") and "speed above" in sentence for sentence in missing)
+
+
+def test_a_joint_whose_torque_has_the_wrong_sign_is_named() -> None:
+    motion = wave(20)
+    motion.tau[:, 1] *= -1
+    with pytest.raises(InputError, match=r"joint 2 .*minus the model's"):
+        check_joints([motion], ROBOT)
+
+
+def test_a_joint_in_another_unit_is_named() -> None:
+    motion = wave(20)
+    motion.tau[:, 1] *= 1000
+    with pytest.raises(InputError, match=r"joint 2 .*another unit"):
+        check_joints([motion], ROBOT)
+
+
+def test_two_joints_that_changed_places_are_named() -> None:
+    motion = wave(20)
+    for values in (motion.q, motion.qd, motion.tau):
+        values[:, [1, 3]] = values[:, [3, 1]]
+    with pytest.raises(InputError, match="another order"):
+        check_joints([motion], ROBOT)
+
+
+def test_velocities_in_degrees_are_named() -> None:
+    motion = wave(20)
+    motion.qd[:] = np.degrees(motion.qd)
+    with pytest.raises(InputError, match="degrees a second"):
+        check_joints([motion], ROBOT)
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="no cases beside the checkout")
+def test_the_cases_of_wrong_sign_and_degrees_are_named() -> None:
+    panda = load_configuration("default", robot="panda").robot
+    with pytest.raises(InputError, match=r"joint \d .*minus the model's"):
+        check_joints([read_motion(CASES / "11-torque-sign-opposite" / "still_sign.csv", 7).untouched], panda)
+    kinova = load_configuration("default", robot="kinova3").robot
+    with pytest.raises(InputError, match="in degrees"):
+        check_joints([read_motion(CASES / "10-kinova-degrees-0-360" / "kinova_deg360.csv", 7)], kinova)
+
+
+def test_an_arm_that_moves_gives_no_offsets() -> None:
+    motion = wave(5)
+    with pytest.raises(InputError, match="at rest"):
+        offset_at_rest(motion, motion.tau)
+
+
+def test_an_arm_that_is_touched_gives_no_offsets() -> None:
+    still = wave(5, scale=0.0)
+    residual = np.tile(OFFSET, (len(still.q), 1))
+    assert offset_at_rest(still, residual) == pytest.approx(OFFSET)
+    residual[400:600, 2] += 2.0
+    with pytest.raises(InputError, match=r"joint 3 .*touched"):
+        offset_at_rest(still, residual)
+
+
+def test_too_short_a_recording_is_refused() -> None:
+    with pytest.raises(InputError, match="too little"):
+        calibrate([wave(9)], load_configuration("default", robot=ROBOT), alarms_per_hour=1, held_out=0.33)
+
+
+def test_a_touched_recording_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_table(wave(12), tmp_path / "touched.csv")
+    lines = path.read_text().splitlines()
+    marked = [f"{line},{'label' if k == 0 else int(500 < k < 600)}" for k, line in enumerate(lines)]
+    path.write_text("\n".join(marked) + "\n")
+    out = tmp_path / "out"
+    assert main(["calibrate", str(path), "--robot", "ku_dex", "--out", str(out)]) == 2
+    errors = capsys.readouterr().err.splitlines()
+    assert "touched at 2.50 s" in errors[-1]
+    assert not out.exists()
+
+
+def test_the_written_file_is_a_configuration(tmp_path: Path) -> None:
+    tables = [write_table(wave(25, seed), tmp_path / f"m{seed}.csv") for seed in (1, 2)]
+    out = tmp_path / "out"
+    assert main(["calibrate", *map(str, tables), "--robot", "ku_dex", "--out", str(out)]) == 0
+    assert main(["config", str(out / "calibration.toml")]) == 0
+    configuration = load_configuration(out / "calibration.toml")
+    assert configuration.settings.wire.rate_hz == pytest.approx(200)
+    assert np.array(configuration.settings.sensor.offset_nm) == pytest.approx(OFFSET, abs=0.05)
+    assert {path.name for path in out.iterdir()} == {
+        "calibration.toml", "calibration.json", "calibration.png", "calibration.html",
+    }  # fmt: skip
+
+
+def test_the_tail_of_known_maxima_is_found() -> None:
+    rng = np.random.default_rng(4)
+    maxima = rng.gumbel(2.0, 0.3, 4000)
+    fitted = tail.fit_tail(maxima)
+    assert fitted.quantile(1e-3) == pytest.approx(2.0 - 0.3 * np.log(-np.log(1 - 1e-3)), rel=0.06)
+    bounded = tail.fit_tail(rng.uniform(0, 1, 4000))
+    assert bounded.quantile(1e-6) < 1.8
+
+
+def test_the_tail_is_not_extrapolated_beyond_ten_record_lengths() -> None:
+    maxima = np.random.default_rng(4).gumbel(2.0, 0.3, (100, 1))
+    near, far = (tail.thresholds(maxima, 0.5, rate) for rate in (7.2, 1e-3))
+    assert far == pytest.approx(near)
+
+
+def frames_of(motion: Motion) -> list[can.Message]:
+    sender = Sender(Wire.read(), fd=False)
+    frames = []
+    for row in range(len(motion.time_s)):
+        at_s = float(motion.time_s[row])
+        frames.append(sender.frame("Sync", {"Cycle": row & 0xFFFF}, cycle=row, timestamp=at_s))
+        for joint in range(7):
+            signals = {
+                "SensorStatus": 0,
+                "Position": motion.q[row, joint],
+                "Velocity": motion.qd[row, joint],
+                "Torque": motion.tau[row, joint],
+            }
+            frames.append(sender.frame(f"JointState{joint + 1}", signals, cycle=row, timestamp=at_s))
+    return frames
+
+
+def test_the_frames_of_a_bus_are_the_same_motion() -> None:
+    motion = wave(2)
+    frames = frames_of(motion)
+    frames[100].data[3] ^= 1  # fails its check: that cycle is no reading
+    heard = motion_of_frames(frames, 7, "log")
+    assert len(heard.time_s) >= len(motion.time_s) - 3
+    assert heard.is_mean_torque
+    assert heard.q[-1] == pytest.approx(motion.q[-1], abs=1e-4)
+    assert heard.tau[-1] == pytest.approx(motion.tau[-1], abs=6e-3)
+
+
+def test_a_live_bus_is_calibrated_on(tmp_path: Path) -> None:
+    motion = wave(30)
+    done = threading.Event()
+
+    def send() -> None:
+        with can.Bus(interface="virtual", channel="calibrate", preserve_timestamps=True) as bus:
+            time.sleep(0.5)
+            for frame in frames_of(motion):
+                bus.send(frame)
+            done.set()
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    arguments = ["--record-for", "8", "--interface", "virtual", "--channel", "calibrate"]
+    code = main(["calibrate", *arguments, "--robot", "ku_dex", "--out", str(tmp_path)])
+    thread.join()
+    assert code == 0
+    assert done.is_set()
+    assert (tmp_path / "calibration.toml").is_file()
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="no recordings beside the checkout")
+@pytest.mark.parametrize(
+    ("robot", "files"),
+    [
+        ("panda_bare", ["panda_free/fast.csv.gz"]),
+        (str(DATA / "lwr4_free" / "kuka_lwr4.urdf"), ["lwr4_free/m1.csv.gz", "lwr4_free/m2.csv.gz"]),
+    ],
+)
+def test_real_arms_in_free_motion_stay_below_thresholds_of_the_first_half(robot: str, files: list[str]) -> None:
+    motions = [read_motion(DATA / name, 7) for name in files]
+    result = calibrate(motions, load_configuration("default", robot=robot), alarms_per_hour=1, held_out=0.5)
+    by_task = {task.task: task for task in result.tasks}
+    assert by_task["none"].held_alarms == 0
+    assert by_task["payload"].held_alarms == 0
+    assert result.coverage["missing"]
