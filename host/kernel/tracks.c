@@ -99,9 +99,9 @@ void tracks_detect(tracks_t *self, const kernel_setup_t *setup, bool watched, do
 void result_init(kernel_result_t *result, uint64_t run) {
     memset(result, 0, sizeof *result);
     result->number = run;
-    result->onset_s = result->release_s = result->stop_s = NAN;
-    result->force_at_stop_n = NAN;
+    result->onset_s = result->release_s = result->stop_s = (double)NAN;
+    result->force_at_stop_n = (double)NAN;
     for (int k = 0; k < KERNEL_DETECTORS; ++k) {
-        result->delay_s[k] = result->early_s[k] = NAN;
+        result->delay_s[k] = result->early_s[k] = (double)NAN;
     }
 }
