@@ -1,36 +1,56 @@
 #include "detector.h"
 
+#include "token.h"
+
 void detector_init(detector_t *self) {
     *self = (detector_t){0};
 }
 
-void detector_step(detector_t *self, const task_config_t *task, uint32_t joints, const num_t value[]) {
-    bool tripped = false;
-    bool any_above = false;
-    uint32_t worst = 0;
-    num_t worst_size = num_abs(value[0]);
-    num_t worst_threshold = task->threshold_nm[0];
-    for (uint32_t i = 0; i < joints; ++i) {
-        const num_t size = num_abs(value[i]);
-        const num_t threshold = task->threshold_nm[i];
-        uint32_t above = 0;
-        bool worse = num_wide(size, worst_threshold) > num_wide(worst_size, threshold); /* as ratios, no division */
-        if (!(size <= threshold)) {                                                     /* so that NaN is above */
-            above = self->above[i] + ((self->above[i] < UINT32_MAX) ? 1u : 0u);
-            tripped = tripped || (above >= task->debounce_ticks);
-            any_above = true;
-            worse = worse || !num_finite(size);
-        }
-        self->above[i] = above;
-        if (worse) {
-            worst = i;
-            worst_size = size;
-            worst_threshold = threshold;
+/* a / b > c / d without a division; what is not a number is greater. b and d positive. */
+static bool ratio_is_greater(num_t a, num_t b, num_t c, num_t d) {
+    return (num_wide(a, d) > num_wide(c, b)) || (!num_finite(a) && num_finite(c));
+}
+
+/* The channel nearest to its threshold at one joint. True if it is above. */
+static bool look_at_joint(detector_t *self, const detector_config_t *task, const bank_t *bank, uint32_t i) {
+    bool found = false;
+    for (uint32_t c = 0; c < BANK_MAX_CHANNELS; ++c) {
+        const num_t value = bank->channel[c].output[i];
+        const num_t threshold = task->threshold_nm[c][i];
+        const bool watched = (task->channels & (1u << c)) != 0u;
+        if (watched && (!found || ratio_is_greater(num_abs(value), threshold, num_abs(self->value_nm[i]),
+                                                   self->threshold_nm[i]))) {
+            self->value_nm[i] = value;
+            self->threshold_nm[i] = threshold;
+            self->channel[i] = (uint8_t)c;
+            found = true;
         }
     }
-    self->tripped = tripped;
-    self->any_above = any_above;
-    self->joint = worst;
-    self->value_nm = value[worst];
-    self->threshold_nm = worst_threshold;
+    return !(num_abs(self->value_nm[i]) <= self->threshold_nm[i]); /* so that NaN is above */
+}
+
+void detector_step(detector_t *self, const detector_config_t *task, uint32_t joints, const bank_t *bank) {
+    bool worst_full = false;
+    self->tripped = false;
+    self->any_above = false;
+    self->joint = 0;
+    for (uint32_t i = 0; i < joints; ++i) {
+        const bool above = look_at_joint(self, task, bank, i);
+        if (above) {
+            self->above[i] += (self->above[i] < UINT32_MAX) ? 1u : 0u;
+        } else {
+            self->above[i] = 0;
+        }
+        const bool full = above && (self->above[i] >= task->debounce_ticks);
+        const uint32_t worst = self->joint;
+        const bool worse = ratio_is_greater(num_abs(self->value_nm[i]), self->threshold_nm[i],
+                                            num_abs(self->value_nm[worst]), self->threshold_nm[worst]);
+        if ((full && !worst_full) || ((full == worst_full) && worse)) {
+            self->joint = i;
+        }
+        worst_full = worst_full || full;
+        self->any_above = self->any_above || above;
+    }
+    self->tripped = worst_full;
+    self->token = token_next(bank->token, TOKEN_DETECTOR, 0u);
 }

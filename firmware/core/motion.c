@@ -1,5 +1,6 @@
 #include "motion.h"
 
+#include "token.h"
 #include "vec3.h"
 
 /* What the forward pass leaves for the backward pass, in the link's own frame. */
@@ -220,4 +221,5 @@ void motion_step(motion_t *self, const robot_t *robot, const num_t q[], const nu
     link_t links[ROBOT_MAX_JOINTS];
     forward(self, robot, q, qd, links);
     backward(self, robot, links);
+    self->token = token_next(token_bits(q, robot->joint_count), TOKEN_MOTION, token_bits(qd, robot->joint_count));
 }

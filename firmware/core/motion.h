@@ -22,6 +22,7 @@ typedef struct {
     num_t coriolis[ROBOT_MAX_JOINTS];
     num_t gravity[ROBOT_MAX_JOINTS];
     num_t jacobian[MOTION_TWIST_ROWS][ROBOT_MAX_JOINTS]; /* entries from joint_count on are zero */
+    uint32_t token;                                      /* token.h */
     uint32_t saturations;                                /* of all steps since motion_init */
 } motion_t;
 

@@ -1,13 +1,15 @@
 #include "observer.h"
 
+#include "token.h"
+
 void observer_init(observer_t *self) {
     *self = (observer_t){0};
 }
 
 /* How much the sample at the interval's beginning has in the mean torque over the interval, by its length: of samples
  * at both ends, half; of means over one cycle each, what a torque that changes steadily needs. */
-static const num_t share_instant[CONFIG_MAX_GAP] = {NUM(0.5), NUM(0.5), NUM(0.5), NUM(0.5)};
-static const num_t share_interval[CONFIG_MAX_GAP] = {NUM(0), NUM(0.25), NUM(0.333333333), NUM(0.375)};
+static const num_t share_instant[OBSERVER_MAX_GAP] = {NUM(0.5), NUM(0.5), NUM(0.5), NUM(0.5)};
+static const num_t share_interval[OBSERVER_MAX_GAP] = {NUM(0), NUM(0.25), NUM(0.333333333), NUM(0.375)};
 
 static num_t drift_of(observer_t *self, const motion_t *motion, uint32_t joint) {
     return num_subtract(motion->coriolis[joint], motion->gravity[joint], &self->saturations);
@@ -22,15 +24,19 @@ static void remember(observer_t *self, uint32_t joint, const motion_t *motion, n
 static void start(observer_t *self, uint32_t joints, const motion_t *motion, const num_t torque[]) {
     for (uint32_t i = 0; i < joints; ++i) {
         self->residual[i] = NUM(0);
+        self->update[i] = NUM(0);
         remember(self, i, motion, drift_of(self, motion, i), torque[i]);
     }
     self->decay = NUM(0);
+    self->gain = NUM(1);
+    self->gap = 0;
     self->started = true;
 }
 
 void observer_step(observer_t *self, const observer_config_t *config, uint32_t joints, const motion_t *motion,
                    const num_t torque[], uint32_t gap) {
-    if ((!self->started) || (gap < 1u) || (gap > CONFIG_MAX_GAP)) {
+    self->token = token_next(motion->token, TOKEN_OBSERVER, token_bits(torque, joints));
+    if ((!self->started) || (gap < 1u) || (gap > OBSERVER_MAX_GAP)) {
         start(self, joints, motion, torque);
         return;
     }
@@ -47,9 +53,12 @@ void observer_step(observer_t *self, const observer_config_t *config, uint32_t j
             num_narrow(num_widen(torque[i]) + num_wide(share, num_subtract(self->torque[i], torque[i], sat)) +
                            num_wide(NUM(0.5), num_add(self->drift[i], drift, sat)),
                        sat);
+        self->update[i] = num_narrow(num_wide(gain, mean) - num_wide(momentum_gain, change), sat);
         self->residual[i] = num_narrow(
             num_wide(decay, self->residual[i]) + num_wide(gain, mean) - num_wide(momentum_gain, change), sat);
         remember(self, i, motion, drift, torque[i]);
     }
     self->decay = decay;
+    self->gain = gain;
+    self->gap = gap;
 }

@@ -25,4 +25,28 @@ static inline vec3_t vec3_cross(vec3_t a, vec3_t b, uint32_t *saturations) {
                     .z = num_narrow(num_wide(a.x, b.y) - num_wide(a.y, b.x), saturations)};
 }
 
+/* v over its length; zero of zero. */
+static inline vec3_t vec3_unit(vec3_t v, uint32_t *saturations) {
+    const num_wide_t square = num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z);
+    if (!(square > num_widen(NUM(0)))) {
+        return v;
+    }
+    const num_inverse_t inverse = num_inverse_root(square);
+    return (vec3_t){.x = num_times(v.x, inverse, saturations),
+                    .y = num_times(v.y, inverse, saturations),
+                    .z = num_times(v.z, inverse, saturations)};
+}
+
+/* The part of v across a unit vector; all of v across zero. */
+static inline vec3_t vec3_across(vec3_t v, vec3_t direction, uint32_t *saturations) {
+    const num_t along = vec3_dot(v, direction, saturations);
+    return (vec3_t){.x = num_subtract(v.x, num_mul(along, direction.x, saturations), saturations),
+                    .y = num_subtract(v.y, num_mul(along, direction.y, saturations), saturations),
+                    .z = num_subtract(v.z, num_mul(along, direction.z, saturations), saturations)};
+}
+
+static inline num_t vec3_length(vec3_t v) {
+    return num_root(num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z));
+}
+
 #endif

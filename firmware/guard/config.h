@@ -8,50 +8,30 @@
 #ifndef TAUPERP_CONFIG_H
 #define TAUPERP_CONFIG_H
 
+#include "acceleration.h"
+#include "bank.h"
+#include "detector.h"
+#include "explained.h"
+#include "index.h"
+#include "observer.h"
 #include "robot.h"
 #include "sensor.h"
 
 #define CONFIG_MAGIC   0x50524554u /* "TERP" */
 #define CONFIG_SCHEMA  2u
-#define CONFIG_MAX_GAP 4u /* cycles that one observer step may bridge */
+#define CONFIG_MAX_GAP OBSERVER_MAX_GAP /* cycles that one observer step may bridge */
 
-/* What the torque is projected on; the wire's task numbers (1 none, 2 payload, 3 contact) pick one each. */
-typedef enum {
-    INDEX_OFF = 0,      /* the task is not configured here: asking for it is an invalid task */
-    INDEX_RESIDUAL = 1, /* r itself */
-    INDEX_PAYLOAD = 2,  /* d_p: what no payload at the end-effector explains (eq. 14) */
-    INDEX_CONTACT = 3   /* d_e: what no wrench at the end-effector explains (eq. 20) */
-} index_kind_t;
-
-typedef enum { BASIS_INSTANTANEOUS = 1, BASIS_FILTERED = 2 } basis_kind_t; /* filtered by the observer's low-pass */
-typedef enum {
-    TORQUE_INTERVAL = 1,
-    TORQUE_INSTANT = 2
-} torque_sample_t; /* mean since the last Sync, or sampled at it */
 typedef enum { FORMAT_CLASSIC = 1, FORMAT_FD = 2 } wire_format_t;
 typedef enum { NUMERIC_FLOAT32 = 1, NUMERIC_Q9_22 = 2 } numeric_t;
 
 enum { TASK_INVALID = 0, TASK_NONE = 1, TASK_PAYLOAD = 2, TASK_CONTACT = 3, TASK_COUNT = 4 };
 
+/* One task: what it explains, how much of it, and from where on the rest is a collision. */
 typedef struct {
-    uint32_t index;                       /* index_kind_t */
-    uint32_t debounce_ticks;              /* consecutive ticks above the threshold that make a trip, at least 1 */
-    num_t threshold_nm[ROBOT_MAX_JOINTS]; /* positive */
+    index_config_t index;
+    detector_config_t detector;
+    explained_config_t limits;
 } task_config_t;
-
-/* Constants of the discretised observer for a step that bridges 1 to CONFIG_MAX_GAP cycles, K the gain in 1/s. */
-typedef struct {
-    num_t decay[CONFIG_MAX_GAP];         /* a = exp(-K g T), g = 1, 2, ... */
-    num_t gain[CONFIG_MAX_GAP];          /* 1 - a */
-    num_t momentum_gain[CONFIG_MAX_GAP]; /* (1 - a) / (g T), 1/s */
-    uint32_t torque_sample;              /* torque_sample_t */
-} observer_config_t;
-
-typedef struct {
-    uint32_t basis;  /* basis_kind_t */
-    num_t tolerance; /* Nm per N: directions of force that move no joint by more count as unexplained */
-    num_t lever_m;   /* a moment counts as a force on this lever, so that the tolerance has one unit */
-} subspace_config_t;
 
 typedef struct {
     uint32_t magic;
@@ -72,8 +52,12 @@ typedef struct {
     uint32_t stop_collision; /* stop categories of IEC 60204-1: 0, 1, 2 */
     uint32_t stop_input;
     uint32_t stop_fault;
+    uint32_t settling_us;       /* the observer runs for so long without a restart before a permission; 5/K or more */
+    uint32_t task_dwell_cycles; /* a task stays in force for so long before the next one takes over */
     observer_config_t observer;
+    bank_config_t bank;
     subspace_config_t subspace;
+    acceleration_config_t acceleration;
     sensor_config_t sensor;
     task_config_t task[TASK_COUNT]; /* by task number; [TASK_INVALID] stays INDEX_OFF */
     robot_t robot;
@@ -90,21 +74,28 @@ typedef enum {
     GUARD_BAD_NUMERIC = 6, /* made for the other numeric type */
     GUARD_BAD_WIRE = 7,    /* made for another DBC */
     GUARD_BAD_ROBOT = 8,   /* robot_holds() is false */
-    GUARD_BAD_TIMING = 9,  /* zero, a deadline below one period, or a joint deadline beyond CONFIG_MAX_GAP periods */
-    GUARD_BAD_TASK = 10,   /* a threshold or debounce that is not positive, an unknown index, no task configured */
+    GUARD_BAD_TIMING = 9,  /* a period, deadline, budget or time outside its bounds (config_bounds.h) */
+    GUARD_BAD_TASK = 10,   /* an unknown index, a threshold or debounce outside its bounds, no task configured */
     GUARD_CONTACT_NEEDS_7_JOINTS = 11, /* d_e of 6 joints or fewer is zero for every force: it would see nothing */
     GUARD_PAYLOAD_NEEDS_6_JOINTS = 12, /* d_p of 5 joints or fewer likewise */
-    GUARD_BAD_OBSERVER = 13,           /* a decay outside 0 to 1, or a gain that does not belong to it */
-    GUARD_BAD_SUBSPACE = 14,           /* a tolerance or lever that is not positive, an unknown basis */
-    GUARD_BAD_STOP = 15,               /* a stop category above 2 */
-    GUARD_BAD_SENSOR = 16              /* sensor_holds() is false */
+    GUARD_BAD_OBSERVER = 13,           /* too slow, or constants that do not belong to each other and the period */
+    GUARD_BAD_SUBSPACE = 14,           /* a tolerance, lever or softness outside its bounds, an unknown order */
+    GUARD_BAD_STOP = 15,               /* a stop category that is not allowed for its kind of stop */
+    GUARD_BAD_SENSOR = 16,             /* a sensor's offset or friction is outside its bounds */
+    GUARD_BAD_LIMITS = 17,             /* a limit on what a task explains is outside its bounds */
+    GUARD_BAD_BANK = 18, /* a channel that is no filter of gain 1, or a task that watches no static force */
+    GUARD_TOO_SLOW = 19  /* the worst-case reaction time is beyond CONFIG_REACTION_MAX_US */
 } guard_status_t;
 
-#define CONFIG_CONTACT_MIN_JOINTS 7u
-#define CONFIG_PAYLOAD_MIN_JOINTS 6u
-
-/* GUARD_OK iff the guard can run on the block. Cost: its CRC, about 15,000 instructions. */
+/* GUARD_OK iff the guard can run on the block and is not blind with it: every bound of config_bounds.h holds.
+ * Cost: the CRC over the block, and one second of each channel; about 100,000 instructions, once. */
 guard_status_t config_check(const guard_config_t *config);
+
+/* Worst-case time from a step of external torque of twice a threshold to the stop frame, in microseconds: one period
+ * (the sample's age) + the joint deadline (lost cycles) + the filter's rise to half of the step + the debounce + the
+ * tick deadline, of the slowest task. UINT32_MAX if a task never gets there. Precondition: a block that config_check
+ * did not refuse for its timing, observer or bank. */
+uint32_t config_reaction_us(const guard_config_t *config);
 
 #define CONFIG_WATCH_BYTES 16u
 

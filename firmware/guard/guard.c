@@ -1,6 +1,7 @@
 #include "guard.h"
 
 #include "guard_parts.h"
+#include "guard_reason.h"
 
 /* The inputs that have a deadline, in the order in which they are reported missing. */
 typedef enum { INPUT_NONE = 0, INPUT_SYNC = 1, INPUT_JOINTS = 2, INPUT_TASK = 3, INPUT_COUNT = 4 } input_t;
@@ -10,31 +11,41 @@ static const guard_reason_t waiting_reason[INPUT_COUNT] = {GUARD_REASON_SETTLING
 static const guard_reason_t timeout_reason[INPUT_COUNT] = {GUARD_REASON_NONE, GUARD_REASON_SYNC_TIMEOUT,
                                                            GUARD_REASON_JOINT_TIMEOUT, GUARD_REASON_TASK_TIMEOUT};
 
-/* What is wrong with the bus or the board, and not with an input that may still come. */
-static bool latches_while_waiting(guard_reason_t reason) {
-    return ((reason >= GUARD_REASON_BUS_OFF) && (reason <= GUARD_REASON_SHUTDOWN)) ||
-           (reason == GUARD_REASON_ANOTHER_GUARD);
-}
+/* Why a permission ends. */
+typedef struct {
+    guard_reason_t reason; /* GUARD_REASON_NONE: it goes on */
+    uint32_t joint;        /* 1 to n, or 0 */
+    uint32_t category;
+    num_t value_nm;
+    num_t threshold_nm;
+} event_t;
 
 static void enter(guard_t *self, guard_state_t state) {
     self->state = (uint32_t)state;
     self->state_inverted = ~(uint32_t)state;
 }
 
-static void trip(guard_t *self, guard_state_t state, guard_reason_t reason, uint32_t joint) {
-    self->trip = (guard_trip_t){.reason = (uint32_t)reason,
+static void trip(guard_t *self, guard_state_t state, const event_t *event) {
+    self->trip = (guard_trip_t){.reason = (uint32_t)event->reason,
                                 .number = (self->trip.number == UINT8_MAX) ? 1u : (uint8_t)(self->trip.number + 1u),
-                                .joint = (uint8_t)joint};
-    if (reason == GUARD_REASON_COLLISION) {
-        self->trip.value_nm = self->detector.value_nm;
-        self->trip.threshold_nm = self->detector.threshold_nm;
-    }
+                                .joint = (uint8_t)event->joint,
+                                .category = (uint8_t)event->category,
+                                .value_nm = event->value_nm,
+                                .threshold_nm = event->threshold_nm};
     self->healthy = false;
+    self->calm = false;
+    self->inputs.request = true; /* both frames of the reset's edge come after the trip */
+    self->inputs.edge = false;
     count(&self->counters.trips, 1u);
     enter(self, state);
 }
 
-/* --- deadlines and states ----------------------------------------------------------------------------------------- */
+static void fault(guard_t *self, guard_reason_t reason) {
+    const event_t event = {.reason = reason, .category = self->config->stop_fault};
+    trip(self, GUARD_STATE_FAULT, &event);
+}
+
+/* --- deadlines ---------------------------------------------------------------------------------------------------- */
 
 static bool in_time(guard_t *self, const guard_input_t *input, uint32_t deadline_us, uint64_t now_us) {
     const uint64_t age_us = now_us - input->good_us;
@@ -72,80 +83,168 @@ static uint32_t missing_joint(const snapshot_t *snapshot) {
     return 0;
 }
 
-static void while_monitoring(guard_t *self, input_t missing, bool saturated) {
-    if (self->inputs.fault != 0u) {
-        trip(self, GUARD_STATE_STOPPED, (guard_reason_t)self->inputs.fault, self->inputs.fault_joint);
-    } else if (missing != INPUT_NONE) {
-        const uint32_t joint = (missing == INPUT_JOINTS) ? missing_joint(&self->inputs.snapshot) : 0u;
-        trip(self, GUARD_STATE_STOPPED, timeout_reason[missing], joint);
-    } else if (saturated) {
-        trip(self, GUARD_STATE_STOPPED, GUARD_REASON_SATURATED, 0u);
-    } else if (self->detector.tripped) {
-        trip(self, GUARD_STATE_STOPPED, GUARD_REASON_COLLISION, self->detector.joint + 1u);
-    } else {
-        /* the permission goes on */
-    }
+/* The observer has run for its settling time, so that it sees what already leans on the arm. */
+static bool is_settled(const guard_t *self) {
+    return ((uint64_t)self->settled_cycles * self->config->period_us) >= self->config->settling_us;
 }
 
-/* Every input is good and the index below its thresholds; keeps the time since when. */
-static void track_health(guard_t *self, input_t missing, uint64_t now_us) {
-    const bool healthy = (missing == INPUT_NONE) && (self->inputs.fault == 0u) && !self->detector.any_above;
+/* --- events: what ends a permission ------------------------------------------------------------------------------- */
+
+static event_t contact_event(const guard_t *self) {
+    const guard_config_t *const config = self->config;
+    event_t event = {.reason = GUARD_REASON_NONE, .category = config->stop_collision};
+    if (self->detector.tripped) {
+        event.reason = GUARD_REASON_COLLISION;
+        event.joint = self->detector.joint + 1u;
+        event.value_nm = self->detector.value_nm[self->detector.joint];
+        event.threshold_nm = self->detector.threshold_nm[self->detector.joint];
+    } else if (self->explained.tripped) {
+        static const guard_reason_t reason[] = {GUARD_REASON_NONE, GUARD_REASON_EXPLAINED_FORCE,
+                                                GUARD_REASON_EXPLAINED_MOMENT, GUARD_REASON_RESIDUAL_LIMIT};
+        event.reason = reason[self->explained.excess];
+        event.joint = (self->explained.excess == EXPLAINED_RESIDUAL) ? (self->explained.joint + 1u) : 0u;
+        event.value_nm = self->explained.value;
+        event.threshold_nm = self->explained.limit;
+    } else {
+        /* nothing touches the arm that the task does not explain */
+    }
+    return event;
+}
+
+static event_t input_event(const guard_t *self, input_t missing, bool saturated) {
+    event_t event = {.reason = GUARD_REASON_NONE, .category = self->config->stop_input};
+    if (self->inputs.fault != 0u) {
+        event.reason = (guard_reason_t)self->inputs.fault;
+        event.joint = self->inputs.fault_joint;
+    } else if (missing != INPUT_NONE) {
+        event.reason = timeout_reason[missing];
+        event.joint = (missing == INPUT_JOINTS) ? missing_joint(&self->inputs.snapshot) : 0u;
+    } else if (self->plausibility.fault != 0u) {
+        event.reason = (guard_reason_t)self->plausibility.fault;
+        event.joint = self->plausibility.joint + 1u;
+    } else if (!is_settled(self)) {
+        event.reason = GUARD_REASON_OBSERVER_RESTART;
+    } else if (saturated) {
+        event.reason = GUARD_REASON_SATURATED;
+    } else {
+        /* every input is good */
+    }
+    return event;
+}
+
+/* An input that cannot be trusted comes first: an index of it means nothing. */
+static event_t find_event(const guard_t *self, input_t missing, bool saturated) {
+    const event_t input = input_event(self, missing, saturated);
+    return (input.reason != GUARD_REASON_NONE) ? input : contact_event(self);
+}
+
+/* --- states ------------------------------------------------------------------------------------------------------- */
+
+static bool is_touched(const guard_t *self) {
+    return self->detector.any_above || (self->explained.excess != EXPLAINED_NOTHING);
+}
+
+/* Every input is good and nothing above its limits; keeps the time since when. */
+static void track_health(guard_t *self, input_t missing, bool saturated, uint64_t now_us) {
+    const bool healthy = (input_event(self, missing, saturated).reason == GUARD_REASON_NONE) && !is_touched(self);
     if (healthy && !self->healthy) {
         self->healthy_since_us = now_us;
     }
     self->healthy = healthy;
+    self->calm = self->calm || (self->evaluated && !is_touched(self));
 }
 
 static bool healthy_for_long_enough(const guard_t *self, uint64_t now_us) {
     return self->healthy && ((now_us - self->healthy_since_us) >= self->config->reset_healthy_us);
 }
 
-static void while_waiting(guard_t *self, input_t missing, uint64_t now_us) {
-    const guard_reason_t fault = (guard_reason_t)self->inputs.fault;
-    const bool usable = (missing == INPUT_NONE) && (self->inputs.fault == 0u);
-    if (latches_while_waiting(fault)) {
-        trip(self, GUARD_STATE_STOPPED, fault, 0u);
-    } else if (usable && self->detector.tripped) {
-        trip(self, GUARD_STATE_STOPPED, GUARD_REASON_COLLISION, self->detector.joint + 1u);
-    } else if ((self->stages == (uint32_t)STAGE_ALL) && healthy_for_long_enough(self, now_us)) {
+static bool is_reset(const guard_t *self) {
+    return self->inputs.edge && (self->inputs.requested_trip == self->trip.number);
+}
+
+static void while_monitoring(guard_t *self, input_t missing, bool saturated) {
+    const event_t event = find_event(self, missing, saturated);
+    if (event.reason != GUARD_REASON_NONE) {
+        trip(self, GUARD_STATE_STOPPED, &event);
+    }
+}
+
+static void while_waiting(guard_t *self, input_t missing, bool saturated, uint64_t now_us) {
+    const event_t input = input_event(self, missing, saturated);
+    const event_t contact = contact_event(self);
+    if (reason_class(input.reason) == REASON_BOARD) {
+        trip(self, GUARD_STATE_STOPPED, &input);
+    } else if ((input.reason == GUARD_REASON_NONE) && (contact.reason != GUARD_REASON_NONE)) {
+        trip(self, GUARD_STATE_STOPPED, &contact);
+    } else if (self->evaluated && healthy_for_long_enough(self, now_us) && (self->acknowledged || is_reset(self))) {
+        self->inputs.edge = self->inputs.edge && self->acknowledged;
+        self->acknowledged = true;
         enter(self, GUARD_STATE_MONITORING);
     } else {
         /* go on waiting */
     }
 }
 
-static void while_stopped(guard_t *self, input_t missing, uint64_t now_us) {
-    if (self->inputs.edge && (self->inputs.requested_trip == self->trip.number) &&
-        healthy_for_long_enough(self, now_us)) {
+/* What a stop of this category does not cover: a worse category, or a second collision while the arm may still move. */
+static event_t worse_event(const guard_t *self, input_t missing, bool saturated) {
+    event_t input = input_event(self, missing, saturated);
+    event_t contact = contact_event(self);
+    if (contact.reason != GUARD_REASON_NONE) {
+        const uint32_t second = self->config->stop_input;
+        contact.category = (contact.category < second) ? contact.category : second;
+        contact.reason = self->calm ? contact.reason : GUARD_REASON_NONE;
+    }
+    if ((input.reason != GUARD_REASON_NONE) && (input.category < self->trip.category)) {
+        return input;
+    }
+    if ((contact.reason != GUARD_REASON_NONE) && (contact.category < self->trip.category)) {
+        return contact;
+    }
+    return (event_t){.reason = GUARD_REASON_NONE};
+}
+
+static void while_stopped(guard_t *self, input_t missing, bool saturated, uint64_t now_us) {
+    const event_t worse = worse_event(self, missing, saturated);
+    if (worse.reason != GUARD_REASON_NONE) {
+        trip(self, GUARD_STATE_STOPPED, &worse);
+    } else if (is_reset(self) && healthy_for_long_enough(self, now_us)) {
         self->inputs.edge = false;
+        self->acknowledged = true;
         enter(self, GUARD_STATE_WAITING);
-        while_waiting(self, missing, now_us);
+        while_waiting(self, missing, saturated, now_us);
+    } else {
+        /* stay */
+    }
+}
+
+static void evaluate(guard_t *self) {
+    stages_run(self);
+    if (!stages_complete(self)) {
+        fault(self, GUARD_REASON_STAGE_MISSED);
+    } else if (!stages_valid(self)) {
+        fault(self, GUARD_REASON_STATE_CORRUPT);
+    } else {
+        self->evaluated = true;
+        self->inputs.joints = (guard_input_t){.good_us = self->inputs.completed_us, .seen = true};
     }
 }
 
 static input_t step(guard_t *self, uint64_t now_us) {
     if (snapshot_is_complete(&self->inputs.snapshot)) {
-        stages_run(self);
-        if (!stages_complete(self)) {
-            trip(self, GUARD_STATE_FAULT, GUARD_REASON_STAGE_MISSED, 0u);
-        } else if (!stages_valid(self)) {
-            trip(self, GUARD_STATE_FAULT, GUARD_REASON_STATE_CORRUPT, 0u);
-        } else {
-            /* the results may be used */
-        }
+        evaluate(self);
     }
     const bool saturated = stages_saturated(self);
     const input_t missing = missing_input(self, now_us);
-    track_health(self, missing, now_us);
+    track_health(self, missing, saturated, now_us);
     switch ((guard_state_t)self->state) {
     case GUARD_STATE_MONITORING:
         while_monitoring(self, missing, saturated);
         break;
     case GUARD_STATE_WAITING:
-        while_waiting(self, missing, now_us);
+        while_waiting(self, missing, saturated, now_us);
         break;
     case GUARD_STATE_STOPPED:
-        while_stopped(self, missing, now_us);
+        while_stopped(self, missing, saturated, now_us);
         break;
     case GUARD_STATE_UNINITIALISED:
     case GUARD_STATE_SELF_TEST:
@@ -156,26 +255,82 @@ static input_t step(guard_t *self, uint64_t now_us) {
     return missing;
 }
 
+static void test_self(guard_t *self) {
+    switch (self_test_step(self)) {
+    case SELF_TEST_PASSED:
+        stages_init(self);
+        enter(self, GUARD_STATE_WAITING);
+        break;
+    case SELF_TEST_RUNNING:
+        break;
+    case SELF_TEST_FAILED:
+    default:
+        fault(self, GUARD_REASON_SELF_TEST_FAILED);
+        break;
+    }
+}
+
 /* --- the verdict -------------------------------------------------------------------------------------------------- */
 
 static uint32_t category(const guard_t *self) {
     const guard_config_t *const config = self->config;
-    if (self->state == (uint32_t)GUARD_STATE_FAULT) {
-        return config->stop_fault;
+    switch ((guard_state_t)self->state) {
+    case GUARD_STATE_MONITORING:
+        return config->stop_collision;
+    case GUARD_STATE_STOPPED:
+    case GUARD_STATE_FAULT:
+        return self->trip.category;
+    case GUARD_STATE_UNINITIALISED:
+    case GUARD_STATE_SELF_TEST:
+    case GUARD_STATE_WAITING:
+    default:
+        return config->stop_input;
     }
-    const bool collision =
-        (self->state == (uint32_t)GUARD_STATE_MONITORING) ||
-        ((self->state == (uint32_t)GUARD_STATE_STOPPED) && (self->trip.reason == (uint32_t)GUARD_REASON_COLLISION));
-    return collision ? config->stop_collision : config->stop_input;
 }
 
-static void tell_reason(const guard_t *self, input_t missing, guard_output_t *out) {
+static bool is_older(const guard_input_t *input, uint32_t deadline_us, uint64_t now_us) {
+    return !input->seen || (input->good_us > now_us) || ((now_us - input->good_us) > deadline_us);
+}
+
+/* The second opinion, from which the inverted copy of the permission comes. It does not look at the state's own word
+ * but at its copy, and at what a permission rests on. True: no permission. */
+static bool is_withheld(const guard_t *self, uint64_t now_us) {
+    const guard_config_t *const config = self->config;
+    const bool other_state = self->state_inverted != ~(uint32_t)GUARD_STATE_MONITORING;
+    const bool old = is_older(&self->inputs.sync, config->sync_deadline_us, now_us) ||
+                     is_older(&self->inputs.joints, config->joint_deadline_us, now_us) ||
+                     is_older(&self->inputs.task, config->task_deadline_us, now_us);
+    const bool unfit =
+        !is_settled(self) || !self->acknowledged || (self->inputs.fault != 0u) || (self->plausibility.fault != 0u);
+    return other_state || old || unfit || self->detector.tripped || self->explained.tripped;
+}
+
+static void tell_waiting(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out) {
+    const bool restarted =
+        (self->start_cause != (uint8_t)GUARD_START_POWER_ON) && (self->start_cause != (uint8_t)GUARD_START_COMMANDED);
+    if (self->inputs.fault != 0u) {
+        out->reason = (guard_reason_t)self->inputs.fault;
+        out->joint = self->inputs.fault_joint;
+    } else if (missing != INPUT_NONE) {
+        out->reason = waiting_reason[missing];
+        out->joint = (uint8_t)((missing == INPUT_JOINTS) ? missing_joint(&self->inputs.snapshot) : 0u);
+    } else if (self->plausibility.fault != 0u) {
+        out->reason = (guard_reason_t)self->plausibility.fault;
+        out->joint = (uint8_t)(self->plausibility.joint + 1u);
+    } else if (healthy_for_long_enough(self, now_us) && !self->acknowledged) {
+        out->reason = restarted ? GUARD_REASON_RESTARTED : GUARD_REASON_AWAITING_RESET;
+    } else {
+        out->reason = GUARD_REASON_SETTLING;
+    }
+}
+
+static void tell_reason(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out) {
     switch ((guard_state_t)self->state) {
     case GUARD_STATE_MONITORING:
         out->reason = GUARD_REASON_NONE;
         out->joint = (uint8_t)(self->detector.joint + 1u);
-        out->value_nm = self->detector.value_nm;
-        out->threshold_nm = self->detector.threshold_nm;
+        out->value_nm = self->detector.value_nm[self->detector.joint];
+        out->threshold_nm = self->detector.threshold_nm[self->detector.joint];
         break;
     case GUARD_STATE_STOPPED:
     case GUARD_STATE_FAULT:
@@ -185,13 +340,7 @@ static void tell_reason(const guard_t *self, input_t missing, guard_output_t *ou
         out->threshold_nm = self->trip.threshold_nm;
         break;
     case GUARD_STATE_WAITING:
-        if (self->inputs.fault != 0u) {
-            out->reason = (guard_reason_t)self->inputs.fault;
-            out->joint = self->inputs.fault_joint;
-        } else {
-            out->reason = waiting_reason[missing];
-            out->joint = (uint8_t)((missing == INPUT_JOINTS) ? missing_joint(&self->inputs.snapshot) : 0u);
-        }
+        tell_waiting(self, missing, now_us, out);
         break;
     case GUARD_STATE_SELF_TEST:
         out->reason = GUARD_REASON_SELF_TEST;
@@ -203,26 +352,30 @@ static void tell_reason(const guard_t *self, input_t missing, guard_output_t *ou
     }
 }
 
-static void tell(const guard_t *self, input_t missing, guard_output_t *out) {
+static void tell(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out) {
     const uint32_t joints = (self->joints < ROBOT_MAX_JOINTS) ? self->joints : ROBOT_MAX_JOINTS;
     out->state = (guard_state_t)self->state;
     out->permitted = self->state == (uint32_t)GUARD_STATE_MONITORING;
-    out->fresh = self->stages != 0u;
-    out->task = self->inputs.task_number;
+    out->withheld = is_withheld(self, now_us);
+    out->fresh = self->evaluated;
+    out->task = (uint8_t)self->task;
     out->stop_category = (uint8_t)category(self);
     out->trip_number = self->trip.number;
     out->cycle = self->inputs.snapshot.cycle;
+    out->channel = self->detector.channel[self->detector.joint];
     out->smallest_singular = self->index.subspace.smallest;
     out->rank = self->index.subspace.rank;
-    for (uint32_t i = 0; i < joints; ++i) {
+    const bool measured = self->state > (uint32_t)GUARD_STATE_SELF_TEST; /* not the self-test's own push */
+    for (uint32_t i = 0; measured && (i < joints); ++i) {
         out->residual[i] = self->observer.residual[i];
-        out->index[i] = self->index.value[i];
+        out->index[i] = self->detector.value_nm[i];
+        out->threshold[i] = self->detector.threshold_nm[i];
     }
-    tell_reason(self, missing, out);
+    tell_reason(self, missing, now_us, out);
 }
 
 guard_status_t guard_init(guard_t *self, const guard_config_t *config) {
-    *self = (guard_t){.inputs = {.request = true}};
+    *self = (guard_t){.inputs = {.request = true}, .restarts = 1u};
     enter(self, GUARD_STATE_UNINITIALISED);
     report_init(&self->report);
     const guard_status_t status = config_check(config);
@@ -232,35 +385,35 @@ guard_status_t guard_init(guard_t *self, const guard_config_t *config) {
     self->config = config;
     self->joints = config->robot.joint_count;
     (void)snapshot_init(&self->inputs.snapshot, self->joints);
-    motion_init(&self->motion);
-    observer_init(&self->observer);
-    index_init(&self->index);
-    detector_init(&self->detector);
+    stages_init(self);
     config_watch_start(&self->watch);
     enter(self, GUARD_STATE_SELF_TEST);
     return GUARD_OK;
 }
 
+void guard_note_start(guard_t *self, guard_start_t cause, uint32_t restarts, guard_variant_t variant) {
+    self->start_cause = (uint8_t)cause;
+    self->restarts = (uint8_t)((restarts < UINT8_MAX) ? restarts : UINT8_MAX);
+    self->variant = (uint8_t)variant;
+}
+
 void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out) {
-    *out = (guard_output_t){0};
+    *out = (guard_output_t){.withheld = true};
     if (self->config == 0) {
         report_tick(self, out);
         return;
     }
     input_t missing = INPUT_NONE;
-    self->stages = 0;
+    self->evaluated = false;
     const guard_reason_t broken = supervise(self, now_us);
+    const bool testing = self->state == (uint32_t)GUARD_STATE_SELF_TEST;
     const bool in_fault = self->state == (uint32_t)GUARD_STATE_FAULT;
     if (broken != GUARD_REASON_NONE) {
         if (!in_fault) {
-            trip(self, GUARD_STATE_FAULT, broken, 0u);
+            fault(self, broken);
         }
-    } else if (self->state == (uint32_t)GUARD_STATE_SELF_TEST) {
-        if (self_test(&self->index.subspace)) {
-            enter(self, GUARD_STATE_WAITING);
-        } else {
-            trip(self, GUARD_STATE_FAULT, GUARD_REASON_SELF_TEST_FAILED, 0u);
-        }
+    } else if (testing) {
+        test_self(self);
         missing = missing_input(self, now_us);
     } else if (!in_fault) {
         missing = step(self, now_us);
@@ -270,10 +423,12 @@ void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out) {
     if (self->inputs.edge) { /* one that was not granted */
         count(&self->counters.resets_refused, 1u);
     }
-    tell(self, missing, out);
+    tell(self, missing, now_us, out);
     self->inputs.edge = false;
-    self->inputs.fault = 0;
-    self->inputs.fault_joint = 0;
+    if (!testing) { /* what comes in during the self-test is for the first tick behind it */
+        self->inputs.fault = 0;
+        self->inputs.fault_joint = 0;
+    }
     report_tick(self, out);
 }
 
@@ -285,6 +440,5 @@ void guard_note_tick_time(guard_t *self, uint32_t tick_us) {
 }
 
 void guard_trip(guard_t *self, guard_reason_t reason) {
-    self->inputs.fault = (uint32_t)reason; /* before any input fault of the same tick */
-    self->inputs.fault_joint = 0;
+    note_fault(self, reason, 0u);
 }

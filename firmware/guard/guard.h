@@ -2,40 +2,49 @@
  *
  *   UNINITIALISED -> SELF_TEST -> WAITING -> MONITORING <-> STOPPED        any -> FAULT
  *
- * Motion is a permission: it is sent by every tick in MONITORING and by no other state, and a robot that hears nothing
- * stops by itself. MONITORING needs every input: Sync, a complete joint snapshot and the task, each younger than its
- * deadline, each checked (E2E, length, format, range); deadlines are looked at by every tick from the first one on.
+ * Motion is a permission: every tick in MONITORING sends it and no other state does. A robot that hears nothing stops.
  *
- * The first permission comes when all of this has been so for reset_healthy_us, with the index below its thresholds:
- * an observer that has just started cannot see yet what already leans on the arm.
+ * The permission follows evaluation, not reception. A tick permits only if
+ *   - Sync and TaskCommand are younger than their deadlines, each frame checked (E2E, length, format, range);
+ *   - a complete joint snapshot went through every stage, and is younger than the joint deadline;
+ *   - the observer has run without a restart for `settling_us`;
+ *   - time and cycles agree, no sender makes too many errors, the configuration is intact, no trip is latched.
  *
- * What ends the permission:
- *   - the index in force above its threshold for its debounce: COLLISION, with joint, value and threshold;
- *   - an input older than its deadline, a joint that reports a sensor fault, a value out of its range, a task that is
- *     invalid or not configured. One frame that is lost, repeated, late or fails its CRC is dropped and counted, and
- *     ends the permission only when nothing good arrives before the deadline;
- *   - a StopCommand on the bus, right or wrong: ANOTHER_GUARD, in WAITING too. A robot cannot tell the answers of two
- *     guards apart, the counters of both pass its E2E check now and then; so neither may permit anything.
- * All latch as STOPPED with a new trip number. It ends on a GuardReset that names the trip number, as an edge of
- * Request from 0 to 1 (both in accepted frames, after the trip), when every input has been good and the index below
- * its thresholds for reset_healthy_us; a request that comes earlier or names another trip is refused and counted.
- *   - a failed self-check: corrupt configuration or state, a tick late or over budget, a stage that did not run, time
- *     going backwards: FAULT, until the next guard_init.
+ * After any start the first permission needs a GuardReset too (IEC 60204-1, ISO 14118): the guard waits with reason
+ * AWAITING_RESET, or RESTARTED after an unexpected restart, and wants the number in StopCommand.TripNumber.
  *
- * A board calls guard_receive for each frame of others in the order of reception, guard_tick once a cycle (as soon as
- * guard_cycle_complete says so, and no later than the tick deadline), sends what the tick put out, and tells how long
- * it took by guard_note_tick_time. One guard_t is used by one thread. now_us is any monotonic clock.
+ * These end the permission and latch as STOPPED, with a new trip number:
+ *   - the index above its threshold for its debounce: COLLISION; what the task explains beyond its limits: EXPLAINED_*;
+ *   - an input past its deadline; a sensor fault; a value out of range, implausible or frozen; an invalid task;
+ *   - a Sync whose cycle number jumps; an observer that had to restart; a sender with too many errors, or two senders
+ *     under one id; time that runs at another rate than the cycles;
+ *   - a StopCommand on the bus: ANOTHER_GUARD. A robot cannot tell the answers of two guards apart.
+ * One frame that is lost, repeated, late or fails its CRC is dropped and counted. It ends the permission only when
+ * nothing good arrives before the deadline.
  *
- * Cost on a Cortex-M4F: see `make bench`. guard_t below 4 KiB; stack below 1 KiB, in Q9.22 1.1 KiB.
+ * A trip ends on a GuardReset that names its number, as an edge of Request from 0 to 1 with both frames accepted after
+ * the trip, when everything above has held and the index was below its thresholds for `reset_healthy_us`. A request
+ * that comes earlier or names another trip is refused and counted.
+ *
+ * While STOPPED the guard goes on watching. An event of a worse stop category (IEC 60204-1: 0 is the worst) raises the
+ * category and gives a new trip number; a second collision counts as worse than the first.
+ *
+ * A failed self-check is FAULT until the next guard_init: corrupt configuration or state, a late or over-long tick, a
+ * stage that did not run, time that stands or runs backwards, too many restarts.
+ *
+ * A board calls guard_note_start once after guard_init, guard_receive for each frame of others in the order of
+ * reception, guard_tick once a cycle (as soon as guard_cycle_complete says so, and no later than the tick deadline),
+ * sends what the tick put out, and reports how long it took by guard_note_tick_time. One guard_t is used by one thread.
+ * now_us is any monotonic clock.
+ *
+ * Cost on a Cortex-M4F: see `make bench`. guard_t below 4 KiB; stack below 1.2 KiB.
  */
 #ifndef TAUPERP_GUARD_H
 #define TAUPERP_GUARD_H
 
 #include "config.h"
-#include "detector.h"
 #include "e2e.h"
 #include "frame.h"
-#include "index.h"
 #include "protocol.h"
 #include "snapshot.h"
 
@@ -75,11 +84,27 @@ typedef enum {
     GUARD_REASON_BUS_DOWN = 20,
     GUARD_REASON_RX_OVERFLOW = 21,
     GUARD_REASON_SHUTDOWN = 22,
-    GUARD_REASON_TIME_BACKWARDS = 23, /* FAULT */
-    GUARD_REASON_SATURATED = 24,      /* a fixed-point result did not fit: STOPPED */
-    GUARD_REASON_SETTLING = 25,       /* waiting: every input is good, but not for long enough yet */
-    GUARD_REASON_ANOTHER_GUARD = 26   /* a StopCommand came in: another guard answers on this bus */
+    GUARD_REASON_TIME_BACKWARDS = 23,   /* FAULT */
+    GUARD_REASON_SATURATED = 24,        /* a fixed-point result did not fit: STOPPED */
+    GUARD_REASON_SETTLING = 25,         /* waiting: every input is good, but not for long enough yet */
+    GUARD_REASON_ANOTHER_GUARD = 26,    /* a StopCommand came in: another guard answers on this bus */
+    GUARD_REASON_AWAITING_RESET = 27,   /* waiting: everything is good; the first permission needs a GuardReset */
+    GUARD_REASON_RESTARTED = 28,        /* the same, after a watchdog, an exception or a service manager restarted it */
+    GUARD_REASON_RESTART_LIMIT = 29,    /* FAULT: too many unexpected restarts */
+    GUARD_REASON_CYCLE_JUMP = 30,       /* Sync.Cycle did not advance as its counter */
+    GUARD_REASON_OBSERVER_RESTART = 31, /* a gap that the observer cannot bridge */
+    GUARD_REASON_IMPLAUSIBLE = 32,      /* position and velocity of a joint contradict each other */
+    GUARD_REASON_FROZEN = 33,           /* a torque that repeats bit for bit while the arm moves */
+    GUARD_REASON_ERROR_RATE = 34,       /* a sender with too many bad frames */
+    GUARD_REASON_ANOTHER_SENDER = 35,   /* a counter twice a cycle, in cycle after cycle: two senders under one id */
+    GUARD_REASON_CLOCK_RATE = 36,       /* guard time and cycles differ by more than a quarter */
+    GUARD_REASON_CLOCK_STOPPED = 37,    /* FAULT: guard time stands */
+    GUARD_REASON_EXPLAINED_FORCE = 38,  /* the explained part of the torque is more force than the task can be */
+    GUARD_REASON_EXPLAINED_MOMENT = 39,
+    GUARD_REASON_RESIDUAL_LIMIT = 40 /* |r| of a joint beyond the task's limit */
 } guard_reason_t;
+
+#define GUARD_REASON_COUNT 41u
 
 /* What the environment did wrong since guard_init. Each saturates at its maximum. */
 typedef struct {
@@ -97,21 +122,39 @@ typedef struct {
     guard_state_t state;
     guard_reason_t reason;
     bool permitted;
+    bool withheld;         /* the second opinion: the opposite of `permitted`, by another path */
     bool fresh;            /* a new snapshot went through the stages on this tick */
     uint8_t task;          /* in force */
     uint8_t stop_category; /* IEC 60204-1, of the stop in force, or the one that a stop would have */
     uint8_t joint;         /* 1 to n: of the trip or waited for; 0 none */
     uint8_t trip_number;   /* of the last trip; 0 before the first */
     uint16_t cycle;        /* of the newest Sync */
-    num_t value_nm;        /* the index of `joint` at the trip */
-    num_t threshold_nm;
-    num_t residual[ROBOT_MAX_JOINTS]; /* r of this tick */
-    num_t index[ROBOT_MAX_JOINTS];    /* the index in force of this tick */
+    uint8_t channel;       /* of the bank, 0 to 3: of the index that is nearest to its threshold */
+    num_t value_nm;        /* the index of `joint` at the trip; for EXPLAINED_* the force in N or the moment in Nm */
+    num_t threshold_nm;    /* what it exceeded */
+    num_t residual[ROBOT_MAX_JOINTS];  /* r of this tick */
+    num_t index[ROBOT_MAX_JOINTS];     /* of this tick, in the channel nearest to its threshold */
+    num_t threshold[ROBOT_MAX_JOINTS]; /* in force there */
     num_t smallest_singular; /* of the basis in force, or a bound below it (subspace.h), Nm per N; 0 without one */
     uint32_t rank;
     uint32_t frame_count;
     can_frame_t frame[GUARD_MAX_FRAMES]; /* to be sent in this order */
 } guard_output_t;
+
+/* Why the guard starts, as the board knows it (reset-cause registers, service manager). */
+typedef enum {
+    GUARD_START_UNKNOWN = 0, /* counts as unexpected */
+    GUARD_START_POWER_ON = 1,
+    GUARD_START_COMMANDED = 2, /* a person or a tool asked for it */
+    GUARD_START_WATCHDOG = 3,
+    GUARD_START_EXCEPTION = 4,
+    GUARD_START_SERVICE = 5 /* a service manager started a process that had ended */
+} guard_start_t;
+
+#define GUARD_MAX_RESTARTS 3u /* unexpected restarts since the last power-on or commanded start; one more is FAULT */
+
+/* What an image was built for; GuardStatus.Variant. Anything but PRODUCT is for test benches only. */
+typedef enum { GUARD_VARIANT_PRODUCT = 0, GUARD_VARIANT_LOCKSTEP = 1, GUARD_VARIANT_EMULATOR = 2 } guard_variant_t;
 
 /* A periodic input, and when it was last good. */
 typedef struct {
@@ -122,12 +165,19 @@ typedef struct {
 /* What came in: written by guard_receive only, read by guard_tick. */
 typedef struct {
     e2e_receiver_t receiver[PROTOCOL_RECEIVE_COUNT];
+    uint8_t errors[PROTOCOL_RECEIVE_COUNT];  /* leaky count of bad frames */
+    uint8_t repeats[PROTOCOL_RECEIVE_COUNT]; /* consecutive good frames whose counter came a second time */
+    uint16_t repeated;                       /* bit per slot: since the last good frame */
     snapshot_t snapshot;
-    guard_input_t sync, joints, task;
+    guard_input_t sync, joints, task; /* joints: good when a tick has evaluated them */
+    uint64_t completed_us;            /* when the snapshot became complete */
+    uint64_t window_start_us;         /* of the comparison of time and cycles */
+    uint32_t window_cycles;
+    bool window_started;
     vec3_t acceleration;    /* of the end-effector, base frame, m/s^2 */
     uint8_t task_number;    /* the last good one; TASK_INVALID before */
     uint8_t fault_joint;    /* 1 to n, or 0 */
-    uint32_t fault;         /* guard_reason_t that the next tick acts on, the first since the last tick; 0 none */
+    uint32_t fault;         /* guard_reason_t that the next tick acts on: the worst since the last tick; 0 none */
     bool request;           /* of the last accepted GuardReset; starts as true, so that it takes two to make an edge */
     bool edge;              /* Request went from 0 to 1 since the last tick */
     uint8_t requested_trip; /* TripNumber of that frame */
@@ -138,9 +188,23 @@ typedef struct {
     uint32_t reason; /* guard_reason_t */
     uint8_t number;  /* 1 to 255, then 1 again; 0 before the first */
     uint8_t joint;
+    uint8_t category;
     num_t value_nm;
     num_t threshold_nm;
 } guard_trip_t;
+
+/* Do a joint's readings agree with each other from snapshot to snapshot? */
+typedef struct {
+    num_t position[ROBOT_MAX_JOINTS]; /* of the last snapshot */
+    num_t velocity[ROBOT_MAX_JOINTS];
+    num_t torque[ROBOT_MAX_JOINTS];
+    num_t error_rad[ROBOT_MAX_JOINTS]; /* moved minus integrated velocity, decaying with the observer */
+    num_t held_nm[ROBOT_MAX_JOINTS];   /* gravity torque when the torque reading last changed */
+    uint8_t same[ROBOT_MAX_JOINTS];    /* snapshots since */
+    uint32_t fault;                    /* guard_reason_t of the last snapshot; 0 none */
+    uint32_t joint;                    /* 0 to n-1 */
+    bool started;
+} plausibility_t;
 
 /* What the guard says on the bus besides its verdict. */
 typedef struct {
@@ -159,15 +223,31 @@ typedef struct {
     guard_inputs_t inputs;
     motion_t motion;
     observer_t observer;
+    acceleration_t acceleration;
     index_t index;
+    explained_t explained;
+    bank_t bank;
     detector_t detector;
-    uint32_t stages; /* bit per stage that ran in this tick */
+    plausibility_t plausibility;
+    bool evaluated;          /* a snapshot went through every stage in this tick */
+    uint32_t stage_token;    /* what the stages of this tick left behind */
+    uint32_t settled_cycles; /* that the observer has run without a restart, held at UINT32_MAX */
+    uint32_t task;           /* in force */
+    uint32_t task_cycles;    /* evaluated since it came into force, held at UINT32_MAX */
     guard_trip_t trip;
     uint64_t last_tick_us;
     uint64_t healthy_since_us;
+    uint32_t standing_ticks; /* consecutive ticks at one and the same time */
+    uint32_t self_test_step;
+    num_t self_test_remaining; /* what the chain's observer has yet to see of the push, 1 to 0 */
     bool healthy;
     bool ticked;
     bool over_budget;
+    bool calm;           /* no collision since the last trip's index fell below its thresholds */
+    bool acknowledged;   /* a GuardReset has come since the start */
+    uint8_t start_cause; /* guard_start_t */
+    uint8_t restarts;
+    uint8_t variant;      /* guard_variant_t */
     uint32_t saturations; /* as of the last tick */
     config_watch_t watch;
     guard_counters_t counters;
@@ -177,6 +257,11 @@ typedef struct {
 /* Checks the whole block, and starts. `config` must stay in place and unchanged while the guard is used. On anything
  * but GUARD_OK the guard stays UNINITIALISED: its ticks put out a StopCommand without permission. */
 guard_status_t guard_init(guard_t *self, const guard_config_t *config);
+
+/* Once, after guard_init and before the first tick: why the guard started, the number of unexpected restarts since the
+ * last power-on or commanded start (this one included), and what the image was built for. More than GUARD_MAX_RESTARTS
+ * restarts are FAULT. Without this call the start counts as one unexpected restart. */
+void guard_note_start(guard_t *self, guard_start_t cause, uint32_t restarts, guard_variant_t variant);
 
 void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us);
 

@@ -1,10 +1,20 @@
 #include "guard_parts.h"
+#include "guard_reason.h"
 #include "messages.h"
 #include "scale.h"
 
-/* Where a frame goes wrong, the tick hears of it: the first fault since the last tick is the one that is reported. */
-static void note(guard_t *self, guard_reason_t reason, uint32_t joint) {
-    if (self->inputs.fault == 0u) {
+/* Error rate of a sender: a leaky count. One bad frame adds as much as ERROR_STEP good ones take away, so a steady
+ * share of more than 1/9 bad frames reaches the limit; 9 bad frames in a row do, fewer with good ones between never. */
+#define ERROR_STEP    8u
+#define ERROR_LIMIT   64u
+#define REPEATS_LIMIT 3u
+
+/* Time against cycles: compared every WINDOW_CYCLES, within a quarter. */
+#define WINDOW_CYCLES 64u
+
+void note_fault(guard_t *self, guard_reason_t reason, uint32_t joint) {
+    const guard_reason_t before = (guard_reason_t)self->inputs.fault;
+    if (reason_worse(before, reason) != before) {
         self->inputs.fault = (uint32_t)reason;
         self->inputs.fault_joint = (uint8_t)joint;
     }
@@ -12,7 +22,7 @@ static void note(guard_t *self, guard_reason_t reason, uint32_t joint) {
 
 static void fault(guard_t *self, guard_reason_t reason, uint32_t joint) {
     count(&self->counters.range_errors, 1u);
-    note(self, reason, joint);
+    note_fault(self, reason, joint);
 }
 
 static void good(guard_input_t *input, uint64_t now_us) {
@@ -23,12 +33,51 @@ static bool within(int32_t raw, int32_t min, int32_t max) {
     return (raw >= min) && (raw <= max);
 }
 
+/* Over WINDOW_CYCLES, guard time and cycles must agree within a quarter. */
+static void compare_clocks(guard_t *self, uint32_t advance, uint64_t now_us) {
+    guard_inputs_t *const inputs = &self->inputs;
+    if (!inputs->window_started) {
+        inputs->window_started = true;
+        inputs->window_start_us = now_us;
+        inputs->window_cycles = 0;
+        return;
+    }
+    inputs->window_cycles += advance;
+    if (inputs->window_cycles < WINDOW_CYCLES) {
+        return;
+    }
+    const uint64_t nominal_us = (uint64_t)inputs->window_cycles * self->config->period_us;
+    const uint64_t elapsed_us = now_us - inputs->window_start_us;
+    if (elapsed_us == 0u) {
+        note_fault(self, GUARD_REASON_CLOCK_STOPPED, 0u);
+    } else if (((4u * elapsed_us) < (3u * nominal_us)) || ((4u * elapsed_us) > (5u * nominal_us))) {
+        note_fault(self, GUARD_REASON_CLOCK_RATE, 0u);
+    } else {
+        /* they agree */
+    }
+    inputs->window_start_us = now_us;
+    inputs->window_cycles = 0;
+}
+
 static void receive_sync(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
     struct tauperp_sync_t message;
     (void)tauperp_sync_unpack(&message, frame->data, frame->length);
     if ((message.cycle & E2E_COUNTER_MASK) != message.counter) {
         fault(self, GUARD_REASON_INPUT_RANGE, 0);
         return;
+    }
+    const bool first = !self->inputs.sync.seen;
+    const uint16_t advance = (uint16_t)(message.cycle - self->inputs.snapshot.cycle);
+    const bool jumped = !first && ((advance == 0u) || (advance > protocol_receive[PROTOCOL_RECEIVE_SYNC].max_delta));
+    if (jumped) {
+        /* All 16 bits must advance as the counter does. A robot that counts from elsewhere is heard again at once, but
+         * everything that was evaluated before is of no use. */
+        count(&self->counters.sequence_errors, 1u);
+        note_fault(self, GUARD_REASON_CYCLE_JUMP, 0u);
+        self->inputs.window_started = false;
+        snapshot_restart(&self->inputs.snapshot);
+    } else {
+        compare_clocks(self, first ? 0u : advance, now_us);
     }
     snapshot_begin(&self->inputs.snapshot, message.cycle);
     good(&self->inputs.sync, now_us);
@@ -51,7 +100,7 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t join
         within(message.torque, PROTOCOL_JOINT_STATE_TORQUE_RAW_MIN, PROTOCOL_JOINT_STATE_TORQUE_RAW_MAX);
     const bool on_robot = (position >= limits->position_min_rad) && (position <= limits->position_max_rad) &&
                           (num_abs(velocity) <= limits->velocity_max_rad_s) &&
-                          (num_abs(torque) <= limits->torque_max_nm);
+                          (num_abs(torque) < limits->torque_max_nm); /* a sensor at its end tells nothing */
     if (!(on_wire && on_robot)) {
         fault(self, GUARD_REASON_INPUT_RANGE, joint + 1u);
         return;
@@ -59,7 +108,7 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t join
     const snapshot_status_t status =
         snapshot_add(&self->inputs.snapshot, joint, message.counter, position, velocity, torque);
     if (status == SNAPSHOT_COMPLETED) {
-        good(&self->inputs.joints, now_us);
+        self->inputs.completed_us = now_us; /* good when a tick has evaluated it */
     } else if (status != SNAPSHOT_TAKEN) {
         count(&self->counters.late_frames, 1u);
     } else {
@@ -68,12 +117,17 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t join
 }
 
 static bool task_configured(const guard_config_t *config, uint32_t task) {
-    return (task < (uint32_t)TASK_COUNT) && (config->task[task].index != (uint32_t)INDEX_OFF);
+    return (task < (uint32_t)TASK_COUNT) && (config->task[task].index.kind != (uint32_t)INDEX_OFF);
 }
 
 static void receive_task(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
     struct tauperp_task_command_t message;
     (void)tauperp_task_command_unpack(&message, frame->data, frame->length);
+    /* Its counter is the cycle's: a command of another cycle is a stale one. */
+    if (message.counter != (uint8_t)(self->inputs.snapshot.cycle & E2E_COUNTER_MASK)) {
+        count(&self->counters.late_frames, 1u);
+        return;
+    }
     if (!task_configured(self->config, message.task)) {
         fault(self, GUARD_REASON_TASK_INVALID, 0);
         return;
@@ -102,6 +156,37 @@ static void receive_reset(guard_t *self, const can_frame_t *frame) {
     self->inputs.request = request;
 }
 
+static uint32_t joint_of(uint32_t slot) {
+    return (protocol_receive[slot].kind == (uint8_t)PROTOCOL_KIND_JOINT_STATE) ? (protocol_receive[slot].joint + 1u)
+                                                                               : 0u;
+}
+
+/* One frame under this id was good, bad (E2E_UNCHECKED: its format), or came a second time. */
+static void judge_sender(guard_t *self, uint32_t slot, e2e_status_t status) {
+    guard_inputs_t *const inputs = &self->inputs;
+    const uint16_t bit = (uint16_t)(1u << slot);
+    uint8_t *const errors = &inputs->errors[slot];
+    uint8_t *const repeats = &inputs->repeats[slot];
+    if ((status == E2E_INITIAL) || e2e_accepts(status)) {
+        *errors = (uint8_t)((*errors > 0u) ? (*errors - 1u) : 0u);
+        *repeats = ((inputs->repeated & bit) != 0u) ? *repeats : 0u;
+        inputs->repeated &= (uint16_t)~bit;
+        return;
+    }
+    *errors = (uint8_t)((*errors < ERROR_LIMIT) ? (*errors + ERROR_STEP) : *errors);
+    if ((status == E2E_REPEATED) && ((inputs->repeated & bit) == 0u)) {
+        inputs->repeated |= bit;
+        *repeats = (uint8_t)((*repeats < REPEATS_LIMIT) ? (*repeats + 1u) : *repeats);
+    }
+    if (*repeats >= REPEATS_LIMIT) {
+        note_fault(self, GUARD_REASON_ANOTHER_SENDER, joint_of(slot));
+    } else if (*errors >= ERROR_LIMIT) {
+        note_fault(self, GUARD_REASON_ERROR_RATE, joint_of(slot));
+    } else {
+        /* now and then a frame is lost */
+    }
+}
+
 /* True if the frame may update signals; everything else is counted. */
 static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     const protocol_receive_t *const entry = &protocol_receive[slot];
@@ -110,6 +195,9 @@ static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     const bool of_robot = (entry->kind != (uint8_t)PROTOCOL_KIND_JOINT_STATE) || (entry->joint < self->joints);
     if ((frame->length != entry->length) || (flags != format) || !of_robot) {
         count(&self->counters.format_errors, 1u);
+        if (of_robot) {
+            judge_sender(self, slot, E2E_UNCHECKED);
+        }
         return false;
     }
     e2e_receiver_t *const receiver = &self->inputs.receiver[slot];
@@ -123,6 +211,7 @@ static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     } else {
         /* good, or the first one */
     }
+    judge_sender(self, slot, status);
     return e2e_accepts(status);
 }
 
@@ -139,7 +228,7 @@ void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
     const uint32_t slot = protocol_slot(frame->id);
     if (slot >= (uint32_t)PROTOCOL_RECEIVE_COUNT) {
         if (is_stop_command(frame)) {
-            note(self, GUARD_REASON_ANOTHER_GUARD, 0u);
+            note_fault(self, GUARD_REASON_ANOTHER_GUARD, 0u);
         }
         count(&self->counters.format_errors, 1u);
         return;

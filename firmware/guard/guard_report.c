@@ -3,7 +3,17 @@
 #include "scale.h"
 #include "version.h"
 
-enum { PAGE_STATE = 0, PAGE_CHECKS, PAGE_READINGS, PAGE_TRIPS, PAGE_VERSIONS, PAGE_CONFIG, PAGE_TIMING, PAGE_COUNT };
+enum {
+    PAGE_STATE = 0,
+    PAGE_CHECKS,
+    PAGE_READINGS,
+    PAGE_TRIPS,
+    PAGE_VERSIONS,
+    PAGE_CONFIG,
+    PAGE_TIMING,
+    PAGE_START,
+    PAGE_COUNT
+};
 
 static uint16_t held16(uint32_t value) {
     return (value > UINT16_MAX) ? (uint16_t)UINT16_MAX : (uint16_t)value;
@@ -35,7 +45,9 @@ static void stop_command(guard_t *guard, guard_output_t *out) {
     const uint8_t permission =
         out->permitted ? TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE : TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE;
     message.permission = permission;
-    message.permission_inverted = (uint8_t)(~permission & 0x0Fu);
+    /* From the second opinion. Where the two differ, the pair is none that permits motion. */
+    message.permission_inverted = out->withheld ? TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_STOP_CHOICE
+                                                : TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_MOVE_CHOICE;
     message.stop_category = out->stop_category;
     message.cycle = (uint8_t)(out->cycle & 0x0Fu);
     message.reason = (uint8_t)out->reason;
@@ -75,6 +87,10 @@ static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_
     message->worst_tick_time = held16(guard->report.worst_tick_time_us);
     message->deadline_margin = held16(guard->report.margin_us);
     message->config_schema = (uint8_t)CONFIG_SCHEMA;
+    message->start_cause = guard->start_cause;
+    message->restarts = guard->restarts;
+    message->variant = guard->variant;
+    message->channel = out->channel;
     message->build_id = (uint16_t)(TAUPERP_BUILD_ID >> 16);
     if (guard->config != 0) {
         message->config_crc = guard->config->crc;
@@ -102,7 +118,7 @@ static void joint_index(guard_t *guard, guard_output_t *out, uint32_t joint) {
     message.residual = torque_raw(out->residual[joint]);
     message.index = torque_raw(out->index[joint]);
     message.threshold =
-        (uint16_t)scale_to_raw(guard->config->task[out->task].threshold_nm[joint], PROTOCOL_GUARD_INDEX_THRESHOLD_SCALE,
+        (uint16_t)scale_to_raw(out->threshold[joint], PROTOCOL_GUARD_INDEX_THRESHOLD_SCALE,
                                PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MIN, PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MAX);
     (void)tauperp_guard_index_pack(frame->data, &message, sizeof(frame->data));
     seal(&guard->report.index, frame, PROTOCOL_TRANSMIT_GUARD_INDEX);

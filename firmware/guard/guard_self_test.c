@@ -1,6 +1,8 @@
 #include "crc32.h"
 #include "guard_parts.h"
 
+/* --- parts -------------------------------------------------------------------------------------------------------- */
+
 /* The CRC catalogue's check value of CRC-32/ISO-HDLC. */
 static bool crc32_answers(void) {
     static const uint8_t digits[9] = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
@@ -23,29 +25,157 @@ static bool e2e_answers(void) {
     return first && refused && (e2e_check(&receiver, frame, sizeof(frame), ids, max_delta) == E2E_OK);
 }
 
-static bool near(num_t a, num_t b) {
-    return num_abs(a - b) < NUM(1e-4);
+static bool is_near(num_t a, num_t b, num_t tolerance) {
+    return num_abs(a - b) < tolerance;
 }
 
 /* A = [e1 + e2, e2 - e1] / 4 and tau = (1, 2, 3): both directions explained, only e3 is left; with the tolerance above
- * both singular values (0.3536) nothing is. */
+ * both singular values (0.3536) nothing is explained. */
 static bool projection_answers(subspace_t *subspace) {
     static const num_t column[2][ROBOT_MAX_JOINTS] = {{NUM(0.25), NUM(0.25)}, {NUM(-0.25), NUM(0.25)}};
+    const num_t near = NUM(1e-4);
     const num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(2), NUM(3)};
-    num_t left[ROBOT_MAX_JOINTS] = {NUM(0)};
+    num_t rest[ROBOT_MAX_JOINTS] = {NUM(0)};
     subspace_init(subspace);
     subspace_step(subspace, 3u, 2u, column, NUM(0.01));
-    subspace_reject(subspace, tau, left);
-    const bool explained =
-        (subspace->rank == 2u) && near(left[0], NUM(0)) && near(left[1], NUM(0)) && near(left[2], NUM(3));
+    subspace_reject(subspace, tau, rest);
+    const bool explained = (subspace->rank == 2u) && is_near(rest[0], NUM(0), near) && is_near(rest[1], NUM(0), near) &&
+                           is_near(rest[2], NUM(3), near);
     subspace_step(subspace, 3u, 2u, column, NUM(0.5));
-    subspace_reject(subspace, tau, left);
-    const bool kept = (subspace->rank == 0u) && near(left[0], NUM(1)) && near(left[1], NUM(2)) &&
-                      near(left[2], NUM(3)) && near(subspace->smallest, NUM(0.353553));
+    subspace_reject(subspace, tau, rest);
+    const bool kept = (subspace->rank == 0u) && is_near(rest[0], NUM(1), near) && is_near(rest[1], NUM(2), near) &&
+                      is_near(rest[2], NUM(3), near) && is_near(subspace->smallest, NUM(0.353553), near);
     subspace_init(subspace);
     return explained && kept;
 }
 
-bool self_test(subspace_t *scratch) {
-    return crc32_answers() && e2e_answers() && projection_answers(scratch);
+/* A pendulum about a horizontal axis: first moment 1 kg m along x, inertia 0.5 kg m^2, gravity 8 m/s^2, tip at 1 m. At
+ * 0.5 rad and 2 rad/s: g = 8 cos 0.5, p = 1 Nm s, and the tip's Jacobian is (-sin, 0, cos). */
+static bool motion_answers(motion_t *motion) {
+    static const robot_t pendulum = {
+        .joint_count = 1u,
+        .base = {{NUM(1), NUM(0), NUM(0)}, {NUM(0), NUM(0), NUM(-1)}, {NUM(0), NUM(1), NUM(0)}},
+        .gravity = {NUM(0), NUM(0), NUM(-8)},
+        .tip = {NUM(1), NUM(0), NUM(0)},
+        .joint = {{.cos_twist = NUM(1), .moment_x = NUM(1), .inertia_zz = NUM(0.5)}}};
+    const num_t near = NUM(1e-4);
+    const num_t q[ROBOT_MAX_JOINTS] = {NUM(0.5)};
+    const num_t qd[ROBOT_MAX_JOINTS] = {NUM(2)};
+    motion_init(motion);
+    motion_step(motion, &pendulum, q, qd);
+    const bool right = is_near(motion->gravity[0], NUM(7.0206605), near) &&
+                       is_near(motion->momentum[0], NUM(1), near) && is_near(motion->coriolis[0], NUM(0), near) &&
+                       is_near(motion->jacobian[0][0], NUM(-0.4794255), near) &&
+                       is_near(motion->jacobian[2][0], NUM(0.8775826), near);
+    motion_init(motion);
+    return right;
+}
+
+/* --- the chain ---------------------------------------------------------------------------------------------------- */
+
+#define CHAIN_STEPS 64u /* bound; a step bridges CONFIG_MAX_GAP cycles */
+
+/* The arm at rest in the middle of its ranges. */
+static void rest(const robot_t *robot, snapshot_t *snapshot) {
+    for (uint32_t i = 0; i < robot->joint_count; ++i) {
+        const robot_joint_t *const joint = &robot->joint[i];
+        snapshot->position[i] = (joint->position_min_rad / 2) + (joint->position_max_rad / 2);
+    }
+}
+
+/* A row that explains nothing, with the thresholds of the first task that is configured. */
+static task_config_t chain_task(const guard_config_t *config) {
+    uint32_t chosen = TASK_NONE;
+    while ((chosen < (uint32_t)TASK_COUNT - 1u) && (config->task[chosen].index.kind == (uint32_t)INDEX_OFF)) {
+        ++chosen;
+    }
+    task_config_t task = config->task[chosen];
+    task.index = (index_config_t){.kind = (uint32_t)INDEX_RESIDUAL};
+    return task;
+}
+
+static num_t push_on(const robot_t *robot, uint32_t joint) {
+    return robot->joint[joint].torque_max_nm;
+}
+
+/* r of a constant push after `step` steps is push (1 - decay^step): each joint its own, none another's. */
+static bool residual_is_right(const guard_t *self, num_t remaining) {
+    bool right = true;
+    for (uint32_t i = 0; i < self->joints; ++i) {
+        uint32_t held = 0;
+        const num_t push = push_on(&self->config->robot, i);
+        const num_t expected = num_mul(push, NUM(1) - remaining, &held);
+        right = right && is_near(self->observer.residual[i], expected, (push / 64) + NUM(0.01));
+    }
+    return right;
+}
+
+/* 1: not yet, 2: every joint's push has reached the detector, 0: something is wrong. */
+static self_test_t chain_step(guard_t *self, uint32_t step) {
+    const guard_config_t *const config = self->config;
+    const task_config_t task = chain_task(config);
+    snapshot_t snapshot = {0};
+    rest(&config->robot, &snapshot);
+    if (step == 0u) {
+        stages_init(self);
+        self->self_test_remaining = NUM(1);
+        motion_step(&self->motion, &config->robot, snapshot.position, snapshot.velocity);
+    }
+    for (uint32_t i = 0; i < self->joints; ++i) { /* gravity of the step before: the pose is the same */
+        snapshot.torque[i] = self->motion.gravity[i] + ((step == 0u) ? NUM(0) : push_on(&config->robot, i));
+    }
+    stages_step(self, &task, &snapshot, (step == 0u) ? 0u : CONFIG_MAX_GAP, (vec3_t){NUM(0), NUM(0), NUM(0)});
+    if (step == 0u) {
+        return SELF_TEST_RUNNING;
+    }
+    uint32_t held = 0;
+    self->self_test_remaining = num_mul(self->self_test_remaining, config->observer.decay[CONFIG_MAX_GAP - 1u], &held);
+    /* The mean torque over the first step lies between rest and push, as the kind of sample says. */
+    const bool settling = step <= 1u;
+    if (!settling && !residual_is_right(self, self->self_test_remaining)) {
+        return (step > 8u) ? SELF_TEST_FAILED : SELF_TEST_RUNNING;
+    }
+    bool all = self->detector.tripped;
+    for (uint32_t i = 0; i < self->joints; ++i) {
+        all = all && (self->detector.above[i] >= task.detector.debounce_ticks) && (self->detector.value_nm[i] > NUM(0));
+    }
+    if (all && !settling) {
+        return SELF_TEST_PASSED;
+    }
+    return (step < CHAIN_STEPS) ? SELF_TEST_RUNNING : SELF_TEST_FAILED;
+}
+
+/* One column of 0.5 m and a torque of 1 Nm along it: a force of just below 2 N, which a limit of 1 N does not permit.
+ */
+static bool limits_answer(guard_t *self) {
+    const index_config_t task = {.kind = (uint32_t)INDEX_CONTACT, .components = 1u};
+    subspace_config_t config = self->config->subspace;
+    explained_config_t limits = {.force_max_n = NUM(1), .moment_max_nm = NUM(1)};
+    for (uint32_t i = 0; i < self->joints; ++i) {
+        limits.residual_max_nm[i] = NUM(500);
+    }
+    config.order = (uint32_t)ORDER_FILTER_FIRST;
+    stages_init(self);
+    self->index.columns = 1u;
+    self->index.column[0][0] = NUM(0.5);
+    self->index.explained[0] = NUM(1);
+    explained_step(&self->explained, &limits, &config, 1u, &self->config->robot, &self->observer, &self->acceleration,
+                   &task, &self->index);
+    const bool excess = self->explained.tripped && (self->explained.excess == EXPLAINED_FORCE) &&
+                        is_near(self->explained.coefficient[0], NUM(1.85), NUM(0.2));
+    limits.force_max_n = NUM(3);
+    explained_step(&self->explained, &limits, &config, 1u, &self->config->robot, &self->observer, &self->acceleration,
+                   &task, &self->index);
+    return excess && !self->explained.tripped;
+}
+
+self_test_t self_test_step(guard_t *self) {
+    const uint32_t step = self->self_test_step;
+    ++self->self_test_step;
+    if (step == 0u) {
+        const bool answers = crc32_answers() && e2e_answers() && projection_answers(&self->index.subspace) &&
+                             motion_answers(&self->motion) && limits_answer(self);
+        return answers ? SELF_TEST_RUNNING : SELF_TEST_FAILED;
+    }
+    return chain_step(self, step - 1u);
 }

@@ -1,43 +1,110 @@
 #include "guard_parts.h"
+#include "token.h"
 
-void stages_run(guard_t *self) {
+/* What the last token must be when every stage ran on this snapshot. */
+static uint32_t expected_token(const snapshot_t *snapshot, uint32_t joints) {
+    uint32_t token =
+        token_next(token_bits(snapshot->position, joints), TOKEN_MOTION, token_bits(snapshot->velocity, joints));
+    token = token_next(token, TOKEN_OBSERVER, token_bits(snapshot->torque, joints));
+    token = token_next(token, TOKEN_ACCELERATION, 0u);
+    token = token_next(token, TOKEN_INDEX, 0u);
+    token = token_next(token, TOKEN_EXPLAINED, 0u);
+    token = token_next(token, TOKEN_BANK, 0u);
+    return token_next(token, TOKEN_DETECTOR, 0u);
+}
+
+static void clear_tokens(guard_t *self) {
+    self->motion.token = 0;
+    self->observer.token = 0;
+    self->acceleration.token = 0;
+    self->index.token = 0;
+    self->explained.token = 0;
+    self->bank.token = 0;
+    self->detector.token = 0;
+}
+
+void stages_step(guard_t *self, const task_config_t *task, const snapshot_t *snapshot, uint32_t gap,
+                 vec3_t acceleration) {
     const guard_config_t *const config = self->config;
     const robot_t *const robot = &config->robot;
-    snapshot_t *const snapshot = &self->inputs.snapshot;
-    const task_config_t *const task = &config->task[self->inputs.task_number];
-    const uint32_t gap = snapshot_take(snapshot);
-
+    const uint32_t joints = robot->joint_count;
+    clear_tokens(self);
     motion_step(&self->motion, robot, snapshot->position, snapshot->velocity);
-    self->stages |= STAGE_MOTION;
-    sensor_correct(&config->sensor, robot->joint_count, snapshot->velocity, snapshot->torque, snapshot->torque);
-    observer_step(&self->observer, &config->observer, robot->joint_count, &self->motion, snapshot->torque, gap);
-    self->stages |= STAGE_OBSERVER;
-    if (self->inputs.task_number != (uint8_t)TASK_INVALID) {
-        index_step(&self->index, &config->subspace, (index_kind_t)task->index, robot, &self->motion, &self->observer,
-                   self->inputs.acceleration);
-        self->stages |= STAGE_INDEX;
-        detector_step(&self->detector, task, robot->joint_count, self->index.value);
-        self->stages |= STAGE_DETECTOR;
+    observer_step(&self->observer, &config->observer, joints, &self->motion, snapshot->torque, gap);
+    acceleration_step(&self->acceleration, &config->acceleration, &config->observer, &self->observer, robot,
+                      &self->motion, snapshot->velocity, acceleration, task->limits.mass_max_kg);
+    index_step(&self->index, &config->subspace, &task->index, robot, &self->motion, &self->observer,
+               &self->acceleration);
+    explained_step(&self->explained, &task->limits, &config->subspace, task->detector.debounce_ticks, robot,
+                   &self->observer, &self->acceleration, &task->index, &self->index);
+    bank_step(&self->bank, &config->bank, joints, self->observer.gap, self->index.unexplained, self->explained.token);
+    detector_step(&self->detector, &task->detector, joints, &self->bank);
+}
+
+/* The task that the controller asks for comes into force when the one before it has had its dwell: so each task in a
+ * sequence of them gets the time in which it alone would find a contact. */
+static void choose_task(guard_t *self, uint32_t gap) {
+    const uint32_t wanted = self->inputs.task_number;
+    const uint32_t room = UINT32_MAX - self->task_cycles;
+    self->task_cycles += (gap < room) ? gap : room;
+    const bool dwelt = (self->task == (uint32_t)TASK_INVALID) || (self->task_cycles >= self->config->task_dwell_cycles);
+    if ((wanted != self->task) && dwelt) {
+        self->task = wanted;
+        self->task_cycles = 0;
     }
 }
 
-bool stages_valid(const guard_t *self) {
-    bool holds = (self->index.kind == (uint32_t)INDEX_OFF) || self->index.subspace.converged;
-    for (uint32_t i = 0; i < self->joints; ++i) {
-        holds = holds && num_finite(self->observer.residual[i]) && num_finite(self->index.value[i]);
+void stages_run(guard_t *self) {
+    snapshot_t *const snapshot = &self->inputs.snapshot;
+    const uint32_t gap = snapshot_take(snapshot);
+    choose_task(self, gap);
+    if ((gap < 1u) || (gap > CONFIG_MAX_GAP)) {
+        self->settled_cycles = 0;
+    } else {
+        const uint32_t room = UINT32_MAX - self->settled_cycles;
+        self->settled_cycles += (gap < room) ? gap : room;
     }
-    return holds;
+    /* Without a task there is nothing to explain, and no permission either: the residual is shown. */
+    const uint32_t task = (self->task < (uint32_t)TASK_COUNT) ? self->task : (uint32_t)TASK_INVALID;
+    snapshot_t corrected = *snapshot;
+    sensor_correct(&self->config->sensor, self->joints, snapshot->velocity, snapshot->torque, corrected.torque);
+    stages_step(self, &self->config->task[task], &corrected, gap, self->inputs.acceleration);
+    plausibility_step(&self->plausibility, &self->config->observer, self->joints, gap, snapshot, &self->motion);
+    self->stage_token = expected_token(&corrected, self->joints);
 }
 
 bool stages_complete(const guard_t *self) {
-    const bool with_task = self->inputs.task_number != (uint8_t)TASK_INVALID;
-    return self->stages == (with_task ? (uint32_t)STAGE_ALL : (uint32_t)(STAGE_MOTION | STAGE_OBSERVER));
+    return self->detector.token == self->stage_token;
+}
+
+bool stages_valid(const guard_t *self) {
+    bool valid = self->index.subspace.converged || (self->index.columns == 0u);
+    for (uint32_t i = 0; i < self->joints; ++i) {
+        valid = valid && num_finite(self->observer.residual[i]) && num_finite(self->detector.value_nm[i]);
+    }
+    for (uint32_t c = 0; c < self->index.columns; ++c) {
+        valid = valid && num_finite(self->explained.coefficient[c]);
+    }
+    return valid;
 }
 
 bool stages_saturated(guard_t *self) {
-    const uint32_t sum = self->motion.saturations + self->observer.saturations + self->index.saturations +
-                         self->index.subspace.saturations;
+    const uint32_t sum = self->motion.saturations + self->observer.saturations + self->acceleration.saturations +
+                         self->index.saturations + self->index.subspace.saturations + self->explained.saturations +
+                         self->bank.saturations;
     const bool grew = sum != self->saturations;
     self->saturations = sum;
     return grew;
+}
+
+void stages_init(guard_t *self) {
+    motion_init(&self->motion);
+    observer_init(&self->observer);
+    acceleration_init(&self->acceleration);
+    index_init(&self->index);
+    explained_init(&self->explained);
+    bank_init(&self->bank);
+    detector_init(&self->detector);
+    plausibility_init(&self->plausibility);
+    self->saturations = 0;
 }

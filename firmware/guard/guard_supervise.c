@@ -1,53 +1,69 @@
 #include "guard_parts.h"
+#include "guard_reason.h"
 
-bool reason_is_fault(guard_reason_t reason) {
-    return ((reason >= GUARD_REASON_TICK_LATE) && (reason <= GUARD_REASON_STAGE_MISSED)) ||
-           (reason == GUARD_REASON_TIME_BACKWARDS);
-}
+#define STANDING_TICKS 4u /* consecutive ticks at one and the same time: the clock stands */
 
 /* The one number that bounds loops, in the block, here and in the snapshot: looked at before any of them runs. */
-static bool joint_count_holds(const guard_t *self) {
+static bool joint_count_is_valid(const guard_t *self) {
     return (self->joints <= ROBOT_MAX_JOINTS) && (self->joints == self->config->robot.joint_count) &&
            (((1u << self->joints) - 1u) == self->inputs.snapshot.expected);
 }
 
-static bool state_holds(const guard_t *self) {
-    bool holds = (self->state == ~self->state_inverted) && (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) &&
+static bool state_is_valid(const guard_t *self) {
+    bool valid = (self->state == ~self->state_inverted) && (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) &&
                  (self->state <= (uint32_t)GUARD_STATE_FAULT) && snapshot_holds(&self->inputs.snapshot) &&
                  e2e_transmitter_holds(&self->report.stop) && e2e_transmitter_holds(&self->report.status) &&
-                 e2e_transmitter_holds(&self->report.index) && (self->inputs.task_number < (uint8_t)TASK_COUNT);
+                 e2e_transmitter_holds(&self->report.index) && (self->inputs.task_number < (uint8_t)TASK_COUNT) &&
+                 (self->task < (uint32_t)TASK_COUNT);
     for (uint32_t slot = 0; slot < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++slot) {
-        holds = holds && e2e_receiver_holds(&self->inputs.receiver[slot]);
+        valid = valid && e2e_receiver_holds(&self->inputs.receiver[slot]);
     }
-    return holds;
+    return valid;
 }
 
 static bool from_the_future(const guard_input_t *input, uint64_t now_us) {
     return input->seen && (input->good_us > now_us);
 }
 
-static bool time_holds(const guard_t *self, uint64_t now_us) {
+static bool time_is_valid(const guard_t *self, uint64_t now_us) {
     const guard_inputs_t *const inputs = &self->inputs;
     return !(from_the_future(&inputs->sync, now_us) || from_the_future(&inputs->joints, now_us) ||
              from_the_future(&inputs->task, now_us) || (self->ticked && (now_us < self->last_tick_us)));
 }
 
+/* A tick comes once a cycle, so time must have moved since the one before. */
+static bool clock_runs(guard_t *self, uint64_t now_us) {
+    if (!self->ticked || (now_us != self->last_tick_us)) {
+        self->standing_ticks = 0;
+    } else if (self->standing_ticks < STANDING_TICKS) {
+        ++self->standing_ticks;
+    } else {
+        /* held */
+    }
+    return self->standing_ticks < STANDING_TICKS;
+}
+
 guard_reason_t supervise(guard_t *self, uint64_t now_us) {
     guard_reason_t reason = GUARD_REASON_NONE;
-    if (!state_holds(self)) {
+    if (!state_is_valid(self)) {
         reason = GUARD_REASON_STATE_CORRUPT;
-    } else if (!joint_count_holds(self) || !config_watch_step(&self->watch, self->config)) {
+    } else if (!joint_count_is_valid(self) || !config_watch_step(&self->watch, self->config)) {
         reason = GUARD_REASON_CONFIG_CORRUPT;
-    } else if (!time_holds(self, now_us)) {
+    } else if (!time_is_valid(self, now_us)) {
         reason = GUARD_REASON_TIME_BACKWARDS;
     } else if (self->ticked && ((now_us - self->last_tick_us) > self->config->tick_deadline_us)) {
         reason = GUARD_REASON_TICK_LATE;
+    } else if (!clock_runs(self, now_us)) {
+        reason = GUARD_REASON_CLOCK_STOPPED;
     } else if (self->over_budget) {
         reason = GUARD_REASON_TICK_OVER_BUDGET;
-    } else if (reason_is_fault((guard_reason_t)self->inputs.fault)) {
+    } else if (self->restarts > GUARD_MAX_RESTARTS) {
+        reason = GUARD_REASON_RESTART_LIMIT;
+    } else if ((self->inputs.fault != 0u) && ((reason_class((guard_reason_t)self->inputs.fault) == REASON_FAULT) ||
+                                              (reason_class((guard_reason_t)self->inputs.fault) == REASON_UNKNOWN))) {
         reason = (guard_reason_t)self->inputs.fault;
     } else {
-        /* everything holds */
+        /* nothing is wrong */
     }
     self->ticked = true;
     self->last_tick_us = now_us;

@@ -210,12 +210,12 @@ bool tauperp_stop_command_cycle_is_in_phys_range(float value)
 
 bool tauperp_stop_command_reason_is_in_range(uint8_t value)
 {
-    return (value <= 26u);
+    return (value <= 40u);
 }
 
 bool tauperp_stop_command_reason_is_in_phys_range(float value)
 {
-    return ((value >= 0.0f) && (value <= 26.0f));
+    return ((value >= 0.0f) && (value <= 40.0f));
 }
 
 bool tauperp_stop_command_trip_number_is_in_range(uint8_t value)
@@ -650,6 +650,13 @@ int tauperp_guard_status_pack(
         dst_p[7] |= pack_right_shift_u16(src_p->deadline_margin, 8u, 0xffu);
         break;
 
+    case 7:
+        dst_p[2] |= pack_left_shift_u8(src_p->start_cause, 0u, 0x0fu);
+        dst_p[2] |= pack_left_shift_u8(src_p->variant, 4u, 0xf0u);
+        dst_p[3] |= pack_left_shift_u8(src_p->restarts, 0u, 0xffu);
+        dst_p[4] |= pack_left_shift_u8(src_p->channel, 0u, 0x0fu);
+        break;
+
     default:
         break;
     }
@@ -690,12 +697,12 @@ bool tauperp_guard_status_counter_is_in_phys_range(float value)
 
 bool tauperp_guard_status_page_is_in_range(uint8_t value)
 {
-    return (value <= 6u);
+    return (value <= 7u);
 }
 
 bool tauperp_guard_status_page_is_in_phys_range(float value)
 {
-    return ((value >= 0.0f) && (value <= 6.0f));
+    return ((value >= 0.0f) && (value <= 7.0f));
 }
 
 bool tauperp_guard_status_state_is_in_range(uint8_t value)
@@ -778,6 +785,16 @@ bool tauperp_guard_status_robot_joints_is_in_phys_range(float value)
     return ((value >= 0.0f) && (value <= 8.0f));
 }
 
+bool tauperp_guard_status_start_cause_is_in_range(uint8_t value)
+{
+    return (value <= 5u);
+}
+
+bool tauperp_guard_status_start_cause_is_in_phys_range(float value)
+{
+    return ((value >= 0.0f) && (value <= 5.0f));
+}
+
 bool tauperp_guard_status_task_is_in_range(uint8_t value)
 {
     return (value <= 3u);
@@ -798,14 +815,24 @@ bool tauperp_guard_status_numeric_is_in_phys_range(float value)
     return ((value >= 0.0f) && (value <= 2.0f));
 }
 
+bool tauperp_guard_status_variant_is_in_range(uint8_t value)
+{
+    return (value <= 2u);
+}
+
+bool tauperp_guard_status_variant_is_in_phys_range(float value)
+{
+    return ((value >= 0.0f) && (value <= 2.0f));
+}
+
 bool tauperp_guard_status_reason_is_in_range(uint8_t value)
 {
-    return (value <= 26u);
+    return (value <= 40u);
 }
 
 bool tauperp_guard_status_reason_is_in_phys_range(float value)
 {
-    return ((value >= 0.0f) && (value <= 26.0f));
+    return ((value >= 0.0f) && (value <= 40.0f));
 }
 
 bool tauperp_guard_status_format_is_in_range(uint8_t value)
@@ -816,6 +843,18 @@ bool tauperp_guard_status_format_is_in_range(uint8_t value)
 bool tauperp_guard_status_format_is_in_phys_range(float value)
 {
     return ((value >= 0.0f) && (value <= 2.0f));
+}
+
+bool tauperp_guard_status_restarts_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool tauperp_guard_status_restarts_is_in_phys_range(float value)
+{
+    return ((value >= 0.0f) && (value <= 255.0f));
 }
 
 bool tauperp_guard_status_smallest_singular_is_in_range(uint16_t value)
@@ -888,6 +927,16 @@ bool tauperp_guard_status_worst_tick_time_is_in_range(uint16_t value)
 bool tauperp_guard_status_worst_tick_time_is_in_phys_range(float value)
 {
     return ((value >= 0.0f) && (value <= 65535.0f));
+}
+
+bool tauperp_guard_status_channel_is_in_range(uint8_t value)
+{
+    return (value <= 3u);
+}
+
+bool tauperp_guard_status_channel_is_in_phys_range(float value)
+{
+    return ((value >= 0.0f) && (value <= 3.0f));
 }
 
 bool tauperp_guard_status_config_schema_is_in_range(uint8_t value)

@@ -118,6 +118,20 @@ extern "C" {
 #define TAUPERP_STOP_COMMAND_REASON_SATURATED_CHOICE (24u)
 #define TAUPERP_STOP_COMMAND_REASON_SETTLING_CHOICE (25u)
 #define TAUPERP_STOP_COMMAND_REASON_ANOTHER_GUARD_CHOICE (26u)
+#define TAUPERP_STOP_COMMAND_REASON_AWAITING_RESET_CHOICE (27u)
+#define TAUPERP_STOP_COMMAND_REASON_RESTARTED_CHOICE (28u)
+#define TAUPERP_STOP_COMMAND_REASON_RESTART_LIMIT_CHOICE (29u)
+#define TAUPERP_STOP_COMMAND_REASON_CYCLE_JUMP_CHOICE (30u)
+#define TAUPERP_STOP_COMMAND_REASON_OBSERVER_RESTART_CHOICE (31u)
+#define TAUPERP_STOP_COMMAND_REASON_IMPLAUSIBLE_CHOICE (32u)
+#define TAUPERP_STOP_COMMAND_REASON_FROZEN_CHOICE (33u)
+#define TAUPERP_STOP_COMMAND_REASON_ERROR_RATE_CHOICE (34u)
+#define TAUPERP_STOP_COMMAND_REASON_ANOTHER_SENDER_CHOICE (35u)
+#define TAUPERP_STOP_COMMAND_REASON_CLOCK_RATE_CHOICE (36u)
+#define TAUPERP_STOP_COMMAND_REASON_CLOCK_STOPPED_CHOICE (37u)
+#define TAUPERP_STOP_COMMAND_REASON_EXPLAINED_FORCE_CHOICE (38u)
+#define TAUPERP_STOP_COMMAND_REASON_EXPLAINED_MOMENT_CHOICE (39u)
+#define TAUPERP_STOP_COMMAND_REASON_RESIDUAL_LIMIT_CHOICE (40u)
 
 #define TAUPERP_GUARD_RESET_REQUEST_IDLE_CHOICE (0u)
 #define TAUPERP_GUARD_RESET_REQUEST_RESET_CHOICE (1u)
@@ -139,6 +153,13 @@ extern "C" {
 #define TAUPERP_GUARD_STATUS_STATE_STOPPED_CHOICE (4u)
 #define TAUPERP_GUARD_STATUS_STATE_FAULT_CHOICE (5u)
 
+#define TAUPERP_GUARD_STATUS_START_CAUSE_UNKNOWN_CHOICE (0u)
+#define TAUPERP_GUARD_STATUS_START_CAUSE_POWER_ON_CHOICE (1u)
+#define TAUPERP_GUARD_STATUS_START_CAUSE_COMMANDED_CHOICE (2u)
+#define TAUPERP_GUARD_STATUS_START_CAUSE_WATCHDOG_CHOICE (3u)
+#define TAUPERP_GUARD_STATUS_START_CAUSE_EXCEPTION_CHOICE (4u)
+#define TAUPERP_GUARD_STATUS_START_CAUSE_SERVICE_CHOICE (5u)
+
 #define TAUPERP_GUARD_STATUS_TASK_INVALID_CHOICE (0u)
 #define TAUPERP_GUARD_STATUS_TASK_NONE_CHOICE (1u)
 #define TAUPERP_GUARD_STATUS_TASK_PAYLOAD_CHOICE (2u)
@@ -147,6 +168,10 @@ extern "C" {
 #define TAUPERP_GUARD_STATUS_NUMERIC_UNINITIALISED_CHOICE (0u)
 #define TAUPERP_GUARD_STATUS_NUMERIC_FLOAT32_CHOICE (1u)
 #define TAUPERP_GUARD_STATUS_NUMERIC_Q9_22_CHOICE (2u)
+
+#define TAUPERP_GUARD_STATUS_VARIANT_PRODUCT_CHOICE (0u)
+#define TAUPERP_GUARD_STATUS_VARIANT_LOCKSTEP_CHOICE (1u)
+#define TAUPERP_GUARD_STATUS_VARIANT_EMULATOR_CHOICE (2u)
 
 #define TAUPERP_GUARD_STATUS_REASON_UNINITIALISED_CHOICE (0u)
 #define TAUPERP_GUARD_STATUS_REASON_NONE_CHOICE (1u)
@@ -175,6 +200,20 @@ extern "C" {
 #define TAUPERP_GUARD_STATUS_REASON_SATURATED_CHOICE (24u)
 #define TAUPERP_GUARD_STATUS_REASON_SETTLING_CHOICE (25u)
 #define TAUPERP_GUARD_STATUS_REASON_ANOTHER_GUARD_CHOICE (26u)
+#define TAUPERP_GUARD_STATUS_REASON_AWAITING_RESET_CHOICE (27u)
+#define TAUPERP_GUARD_STATUS_REASON_RESTARTED_CHOICE (28u)
+#define TAUPERP_GUARD_STATUS_REASON_RESTART_LIMIT_CHOICE (29u)
+#define TAUPERP_GUARD_STATUS_REASON_CYCLE_JUMP_CHOICE (30u)
+#define TAUPERP_GUARD_STATUS_REASON_OBSERVER_RESTART_CHOICE (31u)
+#define TAUPERP_GUARD_STATUS_REASON_IMPLAUSIBLE_CHOICE (32u)
+#define TAUPERP_GUARD_STATUS_REASON_FROZEN_CHOICE (33u)
+#define TAUPERP_GUARD_STATUS_REASON_ERROR_RATE_CHOICE (34u)
+#define TAUPERP_GUARD_STATUS_REASON_ANOTHER_SENDER_CHOICE (35u)
+#define TAUPERP_GUARD_STATUS_REASON_CLOCK_RATE_CHOICE (36u)
+#define TAUPERP_GUARD_STATUS_REASON_CLOCK_STOPPED_CHOICE (37u)
+#define TAUPERP_GUARD_STATUS_REASON_EXPLAINED_FORCE_CHOICE (38u)
+#define TAUPERP_GUARD_STATUS_REASON_EXPLAINED_MOMENT_CHOICE (39u)
+#define TAUPERP_GUARD_STATUS_REASON_RESIDUAL_LIMIT_CHOICE (40u)
 
 #define TAUPERP_GUARD_STATUS_FORMAT_UNINITIALISED_CHOICE (0u)
 #define TAUPERP_GUARD_STATUS_FORMAT_CLASSIC_CHOICE (1u)
@@ -229,16 +268,20 @@ extern "C" {
 #define TAUPERP_GUARD_STATUS_FIRMWARE_VERSION_NAME "FirmwareVersion"
 #define TAUPERP_GUARD_STATUS_CONFIG_CRC_NAME "ConfigCrc"
 #define TAUPERP_GUARD_STATUS_ROBOT_JOINTS_NAME "RobotJoints"
+#define TAUPERP_GUARD_STATUS_START_CAUSE_NAME "StartCause"
 #define TAUPERP_GUARD_STATUS_TASK_NAME "Task"
 #define TAUPERP_GUARD_STATUS_NUMERIC_NAME "Numeric"
+#define TAUPERP_GUARD_STATUS_VARIANT_NAME "Variant"
 #define TAUPERP_GUARD_STATUS_REASON_NAME "Reason"
 #define TAUPERP_GUARD_STATUS_FORMAT_NAME "Format"
+#define TAUPERP_GUARD_STATUS_RESTARTS_NAME "Restarts"
 #define TAUPERP_GUARD_STATUS_SMALLEST_SINGULAR_NAME "SmallestSingular"
 #define TAUPERP_GUARD_STATUS_SEQUENCE_ERRORS_NAME "SequenceErrors"
 #define TAUPERP_GUARD_STATUS_FORMAT_ERRORS_NAME "FormatErrors"
 #define TAUPERP_GUARD_STATUS_TRIP_COUNT_NAME "TripCount"
 #define TAUPERP_GUARD_STATUS_WIRE_VERSION_NAME "WireVersion"
 #define TAUPERP_GUARD_STATUS_WORST_TICK_TIME_NAME "WorstTickTime"
+#define TAUPERP_GUARD_STATUS_CHANNEL_NAME "Channel"
 #define TAUPERP_GUARD_STATUS_CONFIG_SCHEMA_NAME "ConfigSchema"
 #define TAUPERP_GUARD_STATUS_TICK_TIME_NAME "TickTime"
 #define TAUPERP_GUARD_STATUS_LOST_FRAMES_NAME "LostFrames"
@@ -327,7 +370,7 @@ struct tauperp_stop_command_t {
     /**
      * Why motion is not permitted, or None; append-only.
      *
-     * Range: 0..26 (0..26 -)
+     * Range: 0..40 (0..40 -)
      * Scale: 1
      * Offset: 0
      */
@@ -588,7 +631,7 @@ struct tauperp_guard_status_t {
     /**
      * Which of the pages this frame carries, in turn.
      *
-     * Range: 0..6 (0..6 -)
+     * Range: 0..7 (0..7 -)
      * Scale: 1
      * Offset: 0
      */
@@ -658,6 +701,15 @@ struct tauperp_guard_status_t {
     uint8_t robot_joints;
 
     /**
+     * Why the guard started, as the board knows it; anything but PowerOn and Commanded is an unexpected restart.
+     *
+     * Range: 0..5 (0..5 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t start_cause;
+
+    /**
      * Task in force.
      *
      * Range: 0..3 (0..3 -)
@@ -676,9 +728,18 @@ struct tauperp_guard_status_t {
     uint8_t numeric;
 
     /**
+     * What the image was built for; only Product is for robots with people around.
+     *
+     * Range: 0..2 (0..2 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t variant;
+
+    /**
      * Why motion is not permitted, or None; append-only.
      *
-     * Range: 0..26 (0..26 -)
+     * Range: 0..40 (0..40 -)
      * Scale: 1
      * Offset: 0
      */
@@ -692,6 +753,15 @@ struct tauperp_guard_status_t {
      * Offset: 0
      */
     uint8_t format;
+
+    /**
+     * Unexpected restarts since the last power-on or commanded start; the limit is in guard.h.
+     *
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t restarts;
 
     /**
      * Smallest singular value of the basis that the task projects out; while all of it is explained a lower bound, at most a factor of sqrt(6) below.
@@ -746,6 +816,15 @@ struct tauperp_guard_status_t {
      * Offset: 0
      */
     uint16_t worst_tick_time;
+
+    /**
+     * Channel of the index that is nearest to its threshold, 0 to 3.
+     *
+     * Range: 0..3 (0..3 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t channel;
 
     /**
      * Schema of the configuration block in force.
@@ -1877,6 +1956,28 @@ bool tauperp_guard_status_robot_joints_is_in_phys_range(float value);
  *
  * @return true if in range, false otherwise.
  */
+bool tauperp_guard_status_start_cause_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool tauperp_guard_status_start_cause_is_in_phys_range(float value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool tauperp_guard_status_task_is_in_range(uint8_t value);
 
 /**
@@ -1921,6 +2022,28 @@ bool tauperp_guard_status_numeric_is_in_phys_range(float value);
  *
  * @return true if in range, false otherwise.
  */
+bool tauperp_guard_status_variant_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool tauperp_guard_status_variant_is_in_phys_range(float value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool tauperp_guard_status_reason_is_in_range(uint8_t value);
 
 /**
@@ -1957,6 +2080,28 @@ bool tauperp_guard_status_format_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool tauperp_guard_status_format_is_in_phys_range(float value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool tauperp_guard_status_restarts_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool tauperp_guard_status_restarts_is_in_phys_range(float value);
 
 /**
  * Check that given signal is in allowed range.
@@ -2089,6 +2234,28 @@ bool tauperp_guard_status_worst_tick_time_is_in_range(uint16_t value);
  * @return true if in range, false otherwise.
  */
 bool tauperp_guard_status_worst_tick_time_is_in_phys_range(float value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool tauperp_guard_status_channel_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool tauperp_guard_status_channel_is_in_phys_range(float value);
 
 /**
  * Check that given signal is in allowed range.

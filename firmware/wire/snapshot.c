@@ -14,6 +14,12 @@ bool snapshot_init(snapshot_t *self, uint32_t joint_count) {
     return true;
 }
 
+void snapshot_restart(snapshot_t *self) {
+    const uint8_t expected = self->expected;
+    memset(self, 0, sizeof(*self));
+    self->expected = expected;
+}
+
 void snapshot_begin(snapshot_t *self, uint16_t cycle) {
     self->cycle = cycle;
     self->received = 0u;

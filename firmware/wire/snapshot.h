@@ -44,6 +44,9 @@ bool snapshot_init(snapshot_t *self, uint32_t joint_count);
 /* A good Sync: readings of `cycle` are awaited from here on and what is missing of the cycle before never comes. */
 void snapshot_begin(snapshot_t *self, uint16_t cycle);
 
+/* Forgets the cycles so far, as after snapshot_init: the next snapshot follows none. */
+void snapshot_restart(snapshot_t *self);
+
 /* One joint's good and in-range reading; `counter` is its E2E counter. A refused reading changes nothing. */
 snapshot_status_t snapshot_add(snapshot_t *self, uint32_t joint, uint8_t counter, num_t position, num_t velocity,
                                num_t torque);

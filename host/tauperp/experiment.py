@@ -36,7 +36,13 @@ from tauperp.sim.virtual import LockstepBus
 EXPERIMENTS = ("payload", "contact")
 SETTLE_GAINS = 5.0  # times 1 / K
 FAULT_AFTERMATH_S = 1.0  # a stop that long after a sensor fault is still its doing
-DETECTIONS = (Reason.COLLISION, Reason.INPUT_RANGE)
+DETECTIONS = (
+    Reason.COLLISION,
+    Reason.EXPLAINED_FORCE,
+    Reason.EXPLAINED_MOMENT,
+    Reason.RESIDUAL_LIMIT,
+    Reason.INPUT_RANGE,
+)
 FREE_INDEX_LIMIT_NM = 0.5  # an experiment's verdict: no more than this without a collision
 CARRYING_S = 0.05  # of real time, for a bus that is not in this process to carry one cycle's frames
 

@@ -5,8 +5,11 @@
 #define TEST_FAIL_MESSAGE(text) printf("%s\n", (text))
 #include "any_bits.h"
 
+#include "bank.h"
+#include "config.h"
 #include "counter.h"
 #include "detector.h"
+#include "explained.h"
 #include "index.h"
 #include "robots.h"
 
@@ -16,7 +19,10 @@ int main(void);
 
 static motion_t motion;
 static observer_t observer;
+static acceleration_t measured;
 static index_t index_state;
+static explained_t explained;
+static bank_t bank;
 static detector_t detector;
 
 static uint32_t larger(uint32_t a, uint32_t begin) {
@@ -43,9 +49,11 @@ static num_t mostly(double limit, uint32_t share) {
     return ((random_bits() % share) == 0u) ? any() : num_of(limit * random_one());
 }
 
-static uint32_t stages(uint32_t worst, const observer_config_t *gains, const task_config_t *task) {
+static uint32_t stages(uint32_t worst, const observer_config_t *gains, const bank_config_t *channels,
+                       const acceleration_config_t *limits, task_config_t *task) {
     const robot_t *const robot = &robot_ku_dex;
-    const subspace_config_t config = {.basis = BASIS_FILTERED, .tolerance = NUM(0.005), .lever_m = NUM(0.1)};
+    const subspace_config_t config = {
+        .order = ORDER_PROJECT_FIRST, .tolerance = NUM(0.005), .lever_m = NUM(0.1), .softness = NUM(0.05)};
     const uint32_t share = 1u << (random_bits() % 8u);
     num_t q[ROBOT_MAX_JOINTS] = {NUM(0)}, qd[ROBOT_MAX_JOINTS] = {NUM(0)}, tau[ROBOT_MAX_JOINTS] = {NUM(0)};
     const bool special = (random_bits() % 2u) == 0u;
@@ -56,25 +64,36 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const tas
     }
     const vec3_t acceleration = {mostly(8.0, share), mostly(8.0, share), mostly(8.0, share)};
     const index_kind_t kind = (index_kind_t)(INDEX_RESIDUAL + random_bits() % 3u);
-    const uint32_t gap = random_bits() % (CONFIG_MAX_GAP + 2u);
+    const uint32_t gap = random_bits() % (OBSERVER_MAX_GAP + 2u);
+    task->index =
+        (index_config_t){.kind = (uint32_t)kind, .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
     const uint32_t begin = counter_read();
     motion_step(&motion, robot, q, qd);
     observer_step(&observer, gains, robot->joint_count, &motion, tau, gap);
-    index_step(&index_state, &config, kind, robot, &motion, &observer, acceleration);
-    detector_step(&detector, task, robot->joint_count, index_state.value);
+    acceleration_step(&measured, limits, gains, &observer, robot, &motion, qd, acceleration, NUM(5));
+    index_step(&index_state, &config, &task->index, robot, &motion, &observer, &measured);
+    explained_step(&explained, &task->limits, &config, 1u, robot, &observer, &measured, &task->index, &index_state);
+    bank_step(&bank, channels, robot->joint_count, observer.gap, index_state.unexplained, 0u);
+    detector_step(&detector, &task->detector, robot->joint_count, &bank);
     return larger(worst, begin);
 }
 
 int main(void) {
     observer_config_t gains = {.torque_sample = TORQUE_INTERVAL};
-    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
+    for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) {
         gains.decay[g] = NUM(0.95);
         gains.gain[g] = NUM(0.05);
         gains.momentum_gain[g] = NUM(50);
+        channels.channel[0].own[g] = NUM(0.95);
+        channels.channel[0].in[g] = NUM(1);
     }
-    task_config_t task = {.index = INDEX_PAYLOAD, .debounce_ticks = 1u};
+    task_config_t task = {.detector = {.debounce_ticks = 1u, .channels = 1u},
+                          .limits = {.mass_max_kg = NUM(5), .force_max_n = NUM(140), .moment_max_nm = NUM(40)}};
+    bank_config_t channels = {.channels = 1u};
+    const acceleration_config_t limits = {.force_floor_n = NUM(1), .error_max = NUM(2)};
     for (uint32_t j = 0; j < ROBOT_MAX_JOINTS; ++j) {
-        task.threshold_nm[j] = NUM(2);
+        task.detector.threshold_nm[0][j] = NUM(2);
+        task.limits.residual_max_nm[j] = NUM(100);
     }
     uint32_t worst_stages = 0, worst_projection = 0;
     random_start(4711);
@@ -83,10 +102,13 @@ int main(void) {
         if ((i % 10u) == 0u) {
             motion_init(&motion);
             observer_init(&observer);
+            acceleration_init(&measured);
             index_init(&index_state);
+            explained_init(&explained);
+            bank_init(&bank);
             detector_init(&detector);
         }
-        worst_stages = stages(worst_stages, &gains, &task);
+        worst_stages = stages(worst_stages, &gains, &channels, &limits, &task);
         worst_projection = projection(worst_projection);
     }
     printf("worst %lu %lu\n", (unsigned long)worst_stages, (unsigned long)worst_projection);

@@ -15,6 +15,8 @@
 #define PERIOD_US       1000u
 #define JOINTS          7u
 #define DEADLINE_CYCLES 4u
+#define SETTLING_CYCLES 100u /* 5/K of K = 50 1/s */
+#define START_LIMIT     400u /* cycles: self-test, settling, health */
 
 typedef struct {
     guard_config_t config;
@@ -40,36 +42,52 @@ static inline void seal_config(guard_config_t *config) {
 static inline guard_config_t make_config(void) {
     static const double decay[CONFIG_MAX_GAP] = {0.951229424500714, 0.904837418035960, 0.860707976425058,
                                                  0.818730753077982};
-    guard_config_t config = {.magic = CONFIG_MAGIC,
-                             .schema = CONFIG_SCHEMA,
-                             .size = sizeof(guard_config_t),
-                             .numeric = NUM_NUMERIC,
-                             .wire = PROTOCOL_WIRE_CRC,
-                             .format = FORMAT_CLASSIC,
-                             .period_us = PERIOD_US,
-                             .sync_deadline_us = DEADLINE_CYCLES * PERIOD_US,
-                             .joint_deadline_us = DEADLINE_CYCLES * PERIOD_US,
-                             .task_deadline_us = 2u * DEADLINE_CYCLES * PERIOD_US,
-                             .tick_deadline_us = 5u * PERIOD_US,
-                             .tick_budget_us = 500u,
-                             .reset_healthy_us = 20u * PERIOD_US,
-                             .stop_collision = 2u,
-                             .stop_input = 1u,
-                             .stop_fault = 0u,
-                             .subspace = {.basis = BASIS_INSTANTANEOUS, .tolerance = NUM(0.005), .lever_m = NUM(0.1)},
-                             .robot = robot_ku_dex};
+    guard_config_t config = {
+        .magic = CONFIG_MAGIC,
+        .schema = CONFIG_SCHEMA,
+        .size = sizeof(guard_config_t),
+        .numeric = NUM_NUMERIC,
+        .wire = PROTOCOL_WIRE_CRC,
+        .format = FORMAT_CLASSIC,
+        .period_us = PERIOD_US,
+        .sync_deadline_us = DEADLINE_CYCLES * PERIOD_US,
+        .joint_deadline_us = DEADLINE_CYCLES * PERIOD_US,
+        .task_deadline_us = 2u * DEADLINE_CYCLES * PERIOD_US,
+        .tick_deadline_us = 5u * PERIOD_US,
+        .tick_budget_us = 500u,
+        .reset_healthy_us = SETTLING_CYCLES * PERIOD_US,
+        .stop_collision = 2u,
+        .stop_input = 1u,
+        .stop_fault = 0u,
+        .settling_us = SETTLING_CYCLES * PERIOD_US,
+        .task_dwell_cycles = 250u,
+        .bank = {.channels = 1u},
+        .subspace = {.order = ORDER_PROJECT_FIRST, .tolerance = NUM(0.005), .lever_m = NUM(0.1), .softness = NUM(0.05)},
+        .acceleration = {.force_floor_n = NUM(1), .error_max = NUM(2)},
+        .robot = robot_ku_dex};
     config.observer.torque_sample = TORQUE_INTERVAL;
     for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
         config.observer.decay[g] = NUM(decay[g]);
         config.observer.gain[g] = NUM(1.0 - decay[g]);
         config.observer.momentum_gain[g] = NUM((1.0 - decay[g]) / ((g + 1.0) * 1e-3));
+        config.bank.channel[0].own[g] = NUM(decay[g]); /* a first-order low-pass with the observer's gain */
+        config.bank.channel[0].in[g] = NUM(1);
     }
     static const uint32_t index[TASK_COUNT] = {INDEX_OFF, INDEX_RESIDUAL, INDEX_PAYLOAD, INDEX_CONTACT};
     for (uint32_t t = TASK_NONE; t < TASK_COUNT; ++t) {
-        config.task[t].index = index[t];
-        config.task[t].debounce_ticks = 2u;
+        config.task[t].index.kind = index[t];
+        config.task[t].index.components = (index[t] == (uint32_t)INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u;
+        config.task[t].detector.debounce_ticks = 2u;
+        config.task[t].detector.channels = 1u;
+        config.task[t].limits = (explained_config_t){.mass_max_kg = NUM(5),
+                                                     .arm_max_m = NUM(0.2),
+                                                     .force_max_n = NUM(140),
+                                                     .moment_max_nm = NUM(40),
+                                                     .force_slack_n = NUM(25),
+                                                     .moment_slack_nm = NUM(10)};
         for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
-            config.task[t].threshold_nm[i] = NUM(2.0);
+            config.task[t].detector.threshold_nm[0][i] = NUM(2.0);
+            config.task[t].limits.residual_max_nm[i] = (i < JOINTS) ? robot_ku_dex.joint[i].torque_max_nm : NUM(0);
         }
     }
     seal_config(&config);
@@ -97,6 +115,7 @@ static inline void start_with(bench_t *bench, const guard_config_t *config) {
     *bench = (bench_t){.task = TASK_NONE, .cycle = 65530u, .now_us = 1000000u};
     bench->config = *config;
     TEST_ASSERT_EQUAL(GUARD_OK, guard_init(&bench->guard, &bench->config));
+    guard_note_start(&bench->guard, GUARD_START_POWER_ON, 0u, GUARD_VARIANT_PRODUCT);
     rest(bench);
 }
 
@@ -143,7 +162,11 @@ static inline can_frame_t reset_frame(bench_t *bench, uint8_t trip, bool request
     return sealed(PROTOCOL_RECEIVE_GUARD_RESET, data, request ? 1u : 0u, (uint8_t)(bench->reset_counter & 0x0Fu));
 }
 
+/* In the format of the configuration, unless the frame says otherwise. */
 static inline void receive(bench_t *bench, can_frame_t frame) {
+    if ((frame.flags == 0u) && (bench->config.format == FORMAT_FD)) {
+        frame.flags = CAN_FRAME_FD | CAN_FRAME_BRS;
+    }
     guard_receive(&bench->guard, &frame, bench->now_us);
 }
 
@@ -186,8 +209,30 @@ static inline void silent_cycles(bench_t *bench, uint32_t number) {
     }
 }
 
+/* Asks for the end of `trip` as a controller does: Request 0 twice (its first frame ever only sets the E2E reference),
+ * then 1. Takes three cycles. */
+static inline void ask_reset(bench_t *bench, uint8_t trip) {
+    for (uint32_t i = 0; i < 3u; ++i) {
+        receive(bench, reset_frame(bench, trip, i == 2u));
+        cycle(bench);
+    }
+}
+
+/* Runs until the guard says `reason`. */
+static inline void run_until(bench_t *bench, guard_reason_t reason) {
+    for (uint32_t i = 0; (i < START_LIMIT) && (bench->out.reason != reason); ++i) {
+        cycle(bench);
+    }
+    TEST_ASSERT_EQUAL(reason, bench->out.reason);
+}
+
 static inline void run_until_permitted(bench_t *bench) {
-    cycles(bench, 30u);
+    if (bench->out.trip_number == 0u) {
+        run_until(bench, GUARD_REASON_AWAITING_RESET);
+        ask_reset(bench, 0u);
+    } else {
+        cycles(bench, 2u * SETTLING_CYCLES);
+    }
     TEST_ASSERT_TRUE(bench->out.permitted);
     TEST_ASSERT_EQUAL(GUARD_STATE_MONITORING, bench->out.state);
 }
@@ -203,15 +248,6 @@ static inline void assert_fault(const bench_t *bench, guard_reason_t reason) {
     TEST_ASSERT_FALSE(bench->out.permitted);
     TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, bench->out.state);
     TEST_ASSERT_EQUAL(reason, bench->out.reason);
-}
-
-/* Asks for the end of `trip` as a controller does: Request 0 twice (its first frame ever only sets the E2E reference),
- * then 1. Takes three cycles. */
-static inline void ask_reset(bench_t *bench, uint8_t trip) {
-    for (uint32_t i = 0; i < 3u; ++i) {
-        receive(bench, reset_frame(bench, trip, i == 2u));
-        cycle(bench);
-    }
 }
 
 #endif

@@ -2,7 +2,10 @@
  * bounds, and says where there is no result. In float all exponents, subnormals, infinities and NaN; in Q9.22 every
  * int32_t. */
 #include "any_bits.h"
+#include "bank.h"
+#include "config.h"
 #include "detector.h"
+#include "explained.h"
 #include "index.h"
 #include "motion.h"
 #include "observer.h"
@@ -79,20 +82,30 @@ static void test_a_projection_ends_and_says_whether_it_is_one(void) {
 static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
     static motion_t motion;
     static observer_t observer;
+    static acceleration_t measured;
     static index_t index;
+    static explained_t explained;
+    static bank_t bank;
     static detector_t detector;
     const robot_t *const robot = &robot_ku_dex;
     const uint32_t n = robot->joint_count;
-    const subspace_config_t subspace = {.basis = BASIS_FILTERED, .tolerance = NUM(0.005), .lever_m = NUM(0.1)};
-    task_config_t task = {.index = INDEX_PAYLOAD, .debounce_ticks = 1u};
+    const subspace_config_t subspace = {
+        .order = ORDER_PROJECT_FIRST, .tolerance = NUM(0.005), .lever_m = NUM(0.1), .softness = NUM(0.05)};
+    task_config_t task = {.detector = {.debounce_ticks = 1u, .channels = 1u},
+                          .limits = {.mass_max_kg = NUM(5), .force_max_n = NUM(140), .moment_max_nm = NUM(40)}};
+    bank_config_t channels = {.channels = 1u};
+    const acceleration_config_t limits = {.force_floor_n = NUM(1), .error_max = NUM(2)};
     observer_config_t gains = {.torque_sample = TORQUE_INTERVAL};
-    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
+    for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) {
         gains.decay[g] = NUM(0.95);
         gains.gain[g] = NUM(0.05);
         gains.momentum_gain[g] = NUM(50);
+        channels.channel[0].own[g] = NUM(0.95);
+        channels.channel[0].in[g] = NUM(1);
     }
     for (uint32_t j = 0; j < ROBOT_MAX_JOINTS; ++j) {
-        task.threshold_nm[j] = NUM(2);
+        task.detector.threshold_nm[0][j] = NUM(2);
+        task.limits.residual_max_nm[j] = NUM(100);
     }
     random_start(92);
     uint32_t marked = 0;
@@ -100,7 +113,10 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
         if ((i % 10) == 0) {
             motion_init(&motion);
             observer_init(&observer);
+            acceleration_init(&measured);
             index_init(&index);
+            explained_init(&explained);
+            bank_init(&bank);
             detector_init(&detector);
         }
         num_t q[ROBOT_MAX_JOINTS] = {NUM(0)}, qd[ROBOT_MAX_JOINTS] = {NUM(0)}, tau[ROBOT_MAX_JOINTS] = {NUM(0)};
@@ -110,17 +126,24 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
         const vec3_t acceleration = {any(), any(), any()};
         const index_kind_t kind = (index_kind_t)(INDEX_RESIDUAL + random_bits() % 3u);
         motion_step(&motion, robot, q, qd);
-        observer_step(&observer, &gains, n, &motion, tau, random_bits() % (CONFIG_MAX_GAP + 2u));
-        index_step(&index, &subspace, kind, robot, &motion, &observer, acceleration);
+        observer_step(&observer, &gains, n, &motion, tau, random_bits() % (OBSERVER_MAX_GAP + 2u));
+        task.index =
+            (index_config_t){.kind = (uint32_t)kind, .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
+        acceleration_step(&measured, &limits, &gains, &observer, robot, &motion, qd, acceleration, NUM(5));
+        index_step(&index, &subspace, &task.index, robot, &motion, &observer, &measured);
+        explained_step(&explained, &task.limits, &subspace, 1u, robot, &observer, &measured, &task.index, &index);
+        bank_step(&bank, &channels, n, observer.gap, index.unexplained, 0u);
         assert_within_bounds(&index.subspace);
-        detector_step(&detector, &task, n, index.value);
+        detector_step(&detector, &task.detector, n, &bank);
         TEST_ASSERT_TRUE(detector.joint < n);
         for (uint32_t j = 0; j < n; ++j) { /* what is no number is above every threshold */
-            TEST_ASSERT_TRUE(num_finite(index.value[j]) || ((detector.above[j] > 0u) && detector.tripped));
+            TEST_ASSERT_TRUE(num_finite(bank.channel[0].output[j]) || ((detector.above[j] > 0u) && detector.tripped));
         }
-        const bool lost = !all_finite(observer.residual, n) || !all_finite(index.value, n) || !index.subspace.converged;
-        const uint32_t saturations =
-            motion.saturations + observer.saturations + index.saturations + index.subspace.saturations;
+        const bool lost =
+            !all_finite(observer.residual, n) || !all_finite(bank.channel[0].output, n) || !index.subspace.converged;
+        const uint32_t saturations = motion.saturations + observer.saturations + measured.saturations +
+                                     index.saturations + index.subspace.saturations + explained.saturations +
+                                     bank.saturations;
         marked += (lost || (saturations > 0u)) ? 1u : 0u;
     }
     printf("%u ticks marked\n", (unsigned)marked);

@@ -1,4 +1,5 @@
 /* Which configuration blocks the guard runs on, and which it refuses with what reason. */
+#include "config_bounds.h"
 #include "guard_fixture.h"
 
 static guard_config_t config;
@@ -44,9 +45,10 @@ static void test_any_flipped_bit_is_refused(void) {
 }
 
 static void test_timing_that_cannot_hold_is_refused(void) {
-    uint32_t *const positive[] = {
-        &config.period_us,        &config.sync_deadline_us, &config.joint_deadline_us, &config.task_deadline_us,
-        &config.tick_deadline_us, &config.tick_budget_us,   &config.reset_healthy_us,  &config.format};
+    uint32_t *const positive[] = {&config.period_us,        &config.sync_deadline_us, &config.joint_deadline_us,
+                                  &config.task_deadline_us, &config.tick_deadline_us, &config.tick_budget_us,
+                                  &config.reset_healthy_us, &config.format,           &config.settling_us,
+                                  &config.task_dwell_cycles};
     for (size_t i = 0; i < sizeof(positive) / sizeof(positive[0]); ++i) {
         *positive[i] = 0u;
         assert_status(GUARD_BAD_TIMING);
@@ -59,19 +61,47 @@ static void test_timing_that_cannot_hold_is_refused(void) {
     assert_status(GUARD_BAD_TIMING);
 }
 
+/* No deadline, period or waiting time is so long that the guard would not see a person in time. */
+static void test_times_that_make_the_guard_blind_are_refused(void) {
+    uint32_t *const times[] = {&config.period_us,        &config.sync_deadline_us, &config.joint_deadline_us,
+                               &config.task_deadline_us, &config.tick_deadline_us, &config.tick_budget_us,
+                               &config.settling_us,      &config.task_dwell_cycles};
+    for (size_t i = 0; i < sizeof(times) / sizeof(times[0]); ++i) {
+        *times[i] = UINT32_MAX; /* 71 minutes */
+        assert_status(GUARD_BAD_TIMING);
+        *times[i] = 10u * 1000u * PERIOD_US;
+        assert_status(GUARD_BAD_TIMING);
+    }
+    config.task_deadline_us = 16u * PERIOD_US; /* the counter cannot tell 16 cycles from none */
+    assert_status(GUARD_BAD_TIMING);
+    config.reset_healthy_us = config.settling_us - 1u;
+    assert_status(GUARD_BAD_TIMING);
+}
+
 static void test_a_task_that_cannot_detect_is_refused(void) {
-    config.task[TASK_PAYLOAD].threshold_nm[6] = NUM(0);
+    config.task[TASK_PAYLOAD].detector.threshold_nm[0][6] = NUM(0);
     assert_status(GUARD_BAD_TASK);
-    config.task[TASK_PAYLOAD].threshold_nm[0] = NUM(-1);
+    config.task[TASK_PAYLOAD].detector.threshold_nm[0][0] = NUM(-1);
     assert_status(GUARD_BAD_TASK);
-    config.task[TASK_NONE].debounce_ticks = 0u;
+    config.task[TASK_PAYLOAD].detector.threshold_nm[0][0] =
+        config.robot.joint[0].torque_max_nm / 2; /* no person survives that */
     assert_status(GUARD_BAD_TASK);
-    config.task[TASK_NONE].index = INDEX_CONTACT + 1u;
+    config.task[TASK_PAYLOAD].detector.debounce_ticks = 101u; /* a tenth of a second at 1 kHz */
     assert_status(GUARD_BAD_TASK);
-    config.task[TASK_INVALID].index = INDEX_RESIDUAL;
+    config.task[TASK_PAYLOAD].detector.channels = 0u;
+    assert_status(GUARD_BAD_TASK);
+    config.task[TASK_PAYLOAD].detector.channels = 2u; /* there is one channel */
+    assert_status(GUARD_BAD_TASK);
+    config.task[TASK_NONE].detector.debounce_ticks = 0u;
+    assert_status(GUARD_BAD_TASK);
+    config.task[TASK_NONE].index.kind = INDEX_CONTACT + 1u;
+    assert_status(GUARD_BAD_TASK);
+    config.task[TASK_CONTACT].index.components = 0u;
+    assert_status(GUARD_BAD_TASK);
+    config.task[TASK_INVALID].index.kind = INDEX_RESIDUAL;
     assert_status(GUARD_BAD_TASK);
     for (uint32_t t = 0; t < TASK_COUNT; ++t) {
-        config.task[t].index = INDEX_OFF;
+        config.task[t].index = (index_config_t){0};
     }
     assert_status(GUARD_BAD_TASK);
 }
@@ -87,8 +117,8 @@ static void test_an_index_that_would_see_nothing_is_refused_with_its_reason(void
         assert_status((joints < 7u) ? ((joints < 6u) ? GUARD_PAYLOAD_NEEDS_6_JOINTS : GUARD_CONTACT_NEEDS_7_JOINTS)
                                     : GUARD_OK);
         shorten(joints);
-        config.task[TASK_PAYLOAD].index = INDEX_OFF;
-        config.task[TASK_CONTACT].index = INDEX_OFF;
+        config.task[TASK_PAYLOAD].index = (index_config_t){0};
+        config.task[TASK_CONTACT].index = (index_config_t){0};
         assert_status(GUARD_OK);
     }
 }
@@ -128,16 +158,81 @@ static void test_a_projection_without_tolerance_is_refused(void) {
     assert_status(GUARD_BAD_SUBSPACE);
     config.subspace.lever_m = NUM(0);
     assert_status(GUARD_BAD_SUBSPACE);
-    config.subspace.basis = 3u;
+    config.subspace.order = 3u;
     assert_status(GUARD_BAD_SUBSPACE);
+    config.subspace.softness = config.subspace.tolerance / 2;
+    assert_status(GUARD_BAD_SUBSPACE);
+}
+
+static void test_an_observer_that_is_too_slow_or_of_another_period_is_refused(void) {
+    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) { /* K = 0.001 1/s */
+        config.observer.gain[g] = NUM(1e-6) * (int32_t)(g + 1u);
+        config.observer.decay[g] = NUM(1) - config.observer.gain[g];
+        config.observer.momentum_gain[g] = NUM(0.001);
+    }
+    assert_status(GUARD_BAD_OBSERVER);
+    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) { /* of half the period */
+        config.observer.momentum_gain[g] = config.observer.momentum_gain[g] * 2;
+    }
+    assert_status(GUARD_BAD_OBSERVER);
+    config.settling_us = 20u * PERIOD_US; /* one time constant is not five */
+    assert_status(GUARD_BAD_OBSERVER);
+    config.observer.decay[2] = config.observer.decay[1];
+    config.observer.gain[2] = config.observer.gain[1];
+    assert_status(GUARD_BAD_OBSERVER);
+}
+
+static void test_limits_on_what_is_explained_are_bounded(void) {
+    config.task[TASK_CONTACT].limits.force_max_n = NUM(401);
+    assert_status(GUARD_BAD_LIMITS);
+    config.task[TASK_CONTACT].limits.moment_max_nm = NUM(0);
+    assert_status(GUARD_BAD_LIMITS);
+    config.task[TASK_PAYLOAD].limits.mass_max_kg = NUM(51);
+    assert_status(GUARD_BAD_LIMITS);
+    config.task[TASK_PAYLOAD].limits.force_slack_n = NUM(61);
+    assert_status(GUARD_BAD_LIMITS);
+    config.task[TASK_NONE].limits.residual_max_nm[6] = NUM(0);
+    assert_status(GUARD_BAD_LIMITS);
+    config.acceleration.error_max = NUM(11);
+    assert_status(GUARD_BAD_LIMITS);
+}
+
+static void test_a_channel_that_passes_nothing_or_too_much_is_refused(void) {
+    config.bank.channels = 0u;
+    assert_status(GUARD_BAD_BANK);
+    config.bank.channels = BANK_MAX_CHANNELS + 1u;
+    assert_status(GUARD_BAD_BANK);
+    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
+        config.bank.channel[0].in[g] = NUM(0.5); /* half of every torque */
+    }
+    assert_status(GUARD_BAD_BANK);
+    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
+        config.bank.channel[0].in[g] = NUM(2); /* twice */
+    }
+    assert_status(GUARD_BAD_BANK);
+    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
+        config.bank.channel[0].high_pass[g] = NUM(0.01); /* the only channel: a force that stays is not seen */
+    }
+    assert_status(GUARD_BAD_BANK);
+    config.bank.channel[0].own[2] = NUM(3);
+    assert_status(GUARD_BAD_BANK);
+}
+
+/* 0.95^k is 0.5 at k = 14; the debounce, the sample's age, the joint deadline and the tick deadline come on top. */
+static void test_the_worst_case_reaction_time_is_the_sum_of_its_parts(void) {
+    TEST_ASSERT_EQUAL((1u + 14u + 2u + DEADLINE_CYCLES + 5u) * PERIOD_US, config_reaction_us(&config));
+    config.period_us =
+        CONFIG_PERIOD_MAX_US; /* 20 Hz with constants of 1 kHz: nothing would hold, so every part is slow */
+    TEST_ASSERT_TRUE(config_reaction_us(&config) > CONFIG_REACTION_MAX_US);
+    config = make_config();
 }
 
 static void test_an_unknown_stop_category_is_refused(void) {
     config.stop_collision = 3u;
     assert_status(GUARD_BAD_STOP);
-    config.stop_input = 3u;
+    config.stop_input = 2u; /* holding under power is for a collision only */
     assert_status(GUARD_BAD_STOP);
-    config.stop_fault = 3u;
+    config.stop_fault = 2u;
     assert_status(GUARD_BAD_STOP);
 }
 
@@ -149,9 +244,9 @@ static void test_numbers_that_are_none_are_refused(void) {
     const float nan = 0.0f / 0.0f;
     const float infinity = 1.0f / 0.0f;
 #endif
-    config.task[TASK_NONE].threshold_nm[1] = infinity; /* would never trip */
+    config.task[TASK_NONE].detector.threshold_nm[0][1] = infinity; /* would never trip */
     assert_status(GUARD_BAD_TASK);
-    config.task[TASK_NONE].threshold_nm[1] = nan;
+    config.task[TASK_NONE].detector.threshold_nm[0][1] = nan;
     assert_status(GUARD_BAD_TASK);
     config.robot.joint[1].sin_twist = nan;
     assert_status(GUARD_BAD_ROBOT);
@@ -168,7 +263,7 @@ static void test_the_watch_sees_a_change_within_one_round(void) {
     for (uint32_t i = 0; i < 3u * round; ++i) {
         TEST_ASSERT_TRUE(config_watch_step(&watch, &config));
     }
-    config.task[TASK_NONE].threshold_nm[0] = NUM(100);
+    config.task[TASK_NONE].detector.threshold_nm[0][0] = NUM(100);
     bool intact = true;
     for (uint32_t i = 0; i < 2u * round; ++i) {
         intact = intact && config_watch_step(&watch, &config);
@@ -191,6 +286,11 @@ int main(void) {
     RUN_TEST(test_a_foreign_block_is_refused_by_what_is_foreign);
     RUN_TEST(test_any_flipped_bit_is_refused);
     RUN_TEST(test_timing_that_cannot_hold_is_refused);
+    RUN_TEST(test_times_that_make_the_guard_blind_are_refused);
+    RUN_TEST(test_an_observer_that_is_too_slow_or_of_another_period_is_refused);
+    RUN_TEST(test_limits_on_what_is_explained_are_bounded);
+    RUN_TEST(test_a_channel_that_passes_nothing_or_too_much_is_refused);
+    RUN_TEST(test_the_worst_case_reaction_time_is_the_sum_of_its_parts);
     RUN_TEST(test_a_task_that_cannot_detect_is_refused);
     RUN_TEST(test_an_index_that_would_see_nothing_is_refused_with_its_reason);
     RUN_TEST(test_a_robot_table_that_cannot_be_walked_is_refused);

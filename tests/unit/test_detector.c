@@ -5,21 +5,22 @@
 #define JOINTS 7u
 
 static detector_t detector;
-static task_config_t task;
-static num_t value[ROBOT_MAX_JOINTS];
+static detector_config_t task;
+static bank_t bank;
+static num_t *const value = bank.channel[0].output;
 
 void setUp(void) {
     detector_init(&detector);
-    memset(value, 0, sizeof(value));
-    task = (task_config_t){.index = (uint32_t)INDEX_RESIDUAL, .debounce_ticks = 2};
+    memset(&bank, 0, sizeof(bank));
+    task = (detector_config_t){.channels = 1u, .debounce_ticks = 2};
     for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
-        task.threshold_nm[i] = NUM(2);
+        task.threshold_nm[0][i] = NUM(2);
     }
 }
 void tearDown(void) {}
 
 static void step(void) {
-    detector_step(&detector, &task, JOINTS, value);
+    detector_step(&detector, &task, JOINTS, &bank);
 }
 
 static void test_below_every_threshold_nothing_trips(void) {
@@ -66,7 +67,7 @@ static void test_one_tick_below_starts_the_count_again(void) {
 
 static void test_ticks_of_different_joints_do_not_add_up(void) {
     for (uint32_t k = 0; k < 100u; ++k) {
-        memset(value, 0, sizeof(value));
+        memset(&bank, 0, sizeof(bank));
         value[k % 2u] = NUM(5);
         step();
         TEST_ASSERT_TRUE(detector.any_above);
@@ -83,21 +84,21 @@ static void test_either_sign_trips_and_is_reported(void) {
         step();
         TEST_ASSERT_TRUE(detector.tripped);
         TEST_ASSERT_EQUAL(4, detector.joint);
-        TEST_ASSERT_TRUE(detector.value_nm == num_of(sizes[s]));
-        TEST_ASSERT_TRUE(detector.threshold_nm == NUM(2));
+        TEST_ASSERT_TRUE(detector.value_nm[detector.joint] == num_of(sizes[s]));
+        TEST_ASSERT_TRUE(detector.threshold_nm[detector.joint] == NUM(2));
     }
 }
 
 static void test_the_joint_furthest_above_its_own_threshold_is_reported(void) {
-    task.threshold_nm[1] = NUM(10);
-    task.threshold_nm[5] = NUM(0.5);
+    task.threshold_nm[0][1] = NUM(10);
+    task.threshold_nm[0][5] = NUM(0.5);
     value[1] = NUM(15);   /* 1.5 times */
     value[2] = NUM(5);    /* 2.5 times */
     value[5] = NUM(-1.5); /* 3 times */
     step();
     TEST_ASSERT_EQUAL(5, detector.joint);
-    TEST_ASSERT_TRUE(detector.value_nm == NUM(-1.5));
-    TEST_ASSERT_TRUE(detector.threshold_nm == NUM(0.5));
+    TEST_ASSERT_TRUE(detector.value_nm[detector.joint] == NUM(-1.5));
+    TEST_ASSERT_TRUE(detector.threshold_nm[detector.joint] == NUM(0.5));
     value[2] = NUM(6.5);
     step();
     TEST_ASSERT_EQUAL(2, detector.joint);
@@ -107,7 +108,7 @@ static void test_the_joint_furthest_above_its_own_threshold_is_reported(void) {
 }
 
 static void test_below_the_thresholds_the_joint_nearest_to_its_own_is_reported(void) {
-    task.threshold_nm[6] = NUM(0.25);
+    task.threshold_nm[0][6] = NUM(0.25);
     value[0] = NUM(1);
     value[6] = NUM(0.2);
     step();
@@ -116,16 +117,15 @@ static void test_below_the_thresholds_the_joint_nearest_to_its_own_is_reported(v
 }
 
 static void test_the_count_goes_on_when_the_task_changes(void) {
-    task_config_t other = task;
-    other.index = (uint32_t)INDEX_CONTACT;
-    other.threshold_nm[2] = NUM(0.5);
+    detector_config_t other = task;
+    other.threshold_nm[0][2] = NUM(0.5);
     other.debounce_ticks = 4;
     value[2] = NUM(3);
     for (uint32_t tick = 1; tick <= 4u; ++tick) {
-        detector_step(&detector, (tick == 1u) ? &task : &other, JOINTS, value);
+        detector_step(&detector, (tick == 1u) ? &task : &other, JOINTS, &bank);
         TEST_ASSERT_EQUAL(tick >= 4u, detector.tripped);
     }
-    detector_step(&detector, &task, JOINTS, value);
+    detector_step(&detector, &task, JOINTS, &bank);
     TEST_ASSERT_TRUE(detector.tripped);
 }
 
@@ -135,7 +135,7 @@ static void test_joints_that_the_arm_does_not_have_are_not_looked_at(void) {
     step();
     TEST_ASSERT_FALSE(detector.any_above);
     TEST_ASSERT_FALSE(detector.tripped);
-    detector_step(&detector, &task, JOINTS + 1u, value);
+    detector_step(&detector, &task, JOINTS + 1u, &bank);
     TEST_ASSERT_TRUE(detector.any_above);
     TEST_ASSERT_EQUAL(7, detector.joint);
 }
@@ -172,6 +172,39 @@ static void test_the_count_holds_at_its_largest(void) {
     TEST_ASSERT_TRUE(detector.tripped);
 }
 
+static void test_of_joints_above_the_one_whose_count_is_full_is_reported(void) {
+    task.debounce_ticks = 3;
+    value[1] = NUM(2.5);
+    step();
+    step();
+    value[5] = NUM(200); /* far above, for one tick */
+    step();
+    TEST_ASSERT_TRUE(detector.tripped);
+    TEST_ASSERT_EQUAL(1, detector.joint);
+}
+
+static void test_any_watched_channel_counts_and_no_other(void) {
+    task.channels = 0x5u;
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
+        task.threshold_nm[2][i] = NUM(0.5);
+    }
+    bank.channel[1].output[3] = NUM(100); /* not watched */
+    step();
+    step();
+    TEST_ASSERT_FALSE(detector.any_above);
+    value[3] = NUM(2.5);                   /* 1.25 times its threshold, then channel 2 goes on */
+    bank.channel[2].output[3] = NUM(0.75); /* 1.5 times */
+    step();
+    TEST_ASSERT_FALSE(detector.tripped);
+    value[3] = NUM(0);
+    step();
+    TEST_ASSERT_TRUE(detector.tripped);
+    TEST_ASSERT_EQUAL(3, detector.joint);
+    TEST_ASSERT_EQUAL(2, detector.channel[3]);
+    TEST_ASSERT_TRUE(detector.value_nm[3] == NUM(0.75));
+    TEST_ASSERT_TRUE(detector.threshold_nm[3] == NUM(0.5));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_below_every_threshold_nothing_trips);
@@ -185,5 +218,7 @@ int main(void) {
     RUN_TEST(test_joints_that_the_arm_does_not_have_are_not_looked_at);
     RUN_TEST(test_what_is_not_a_number_is_above_every_threshold);
     RUN_TEST(test_the_count_holds_at_its_largest);
+    RUN_TEST(test_of_joints_above_the_one_whose_count_is_full_is_reported);
+    RUN_TEST(test_any_watched_channel_counts_and_no_other);
     return UNITY_END();
 }

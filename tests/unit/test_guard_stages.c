@@ -1,52 +1,89 @@
-/* The guard looks after each tick whether the stages that ran are those that were due. No input makes them differ, so
- * this program holds a guard of its own in which a bit flips between two stages. */
+/* Every stage that does not run in a tick is seen: this program holds a guard of its own, of which each stage can be
+ * made an empty function, before the self-test and after it. */
 #include <stdbool.h>
 
-#include "index.h"
+#include "detector.h"
+#include "explained.h"
 
-static bool flip;
+static unsigned dead; /* the stage that does nothing; 0: all run */
 
-/* `self` is the guard of stages_run: the task that was due is not the task any more. */
-#define index_step(...)                                                                                                \
+#define RUN(number, stage, ...)                                                                                        \
     do {                                                                                                               \
-        (index_step)(__VA_ARGS__);                                                                                     \
-        self->inputs.task_number = flip ? (uint8_t)TASK_INVALID : self->inputs.task_number;                            \
+        if (dead != (number)) {                                                                                        \
+            (stage)(__VA_ARGS__);                                                                                      \
+        }                                                                                                              \
     } while (false)
-#define stages_run           flipping_stages_run
-#define stages_complete      flipping_stages_complete
-#define stages_valid         flipping_stages_valid
-#define stages_saturated     flipping_stages_saturated
-#define guard_init           flipping_guard_init
-#define guard_tick           flipping_guard_tick
-#define guard_trip           flipping_guard_trip
-#define guard_note_tick_time flipping_guard_note_tick_time
+#define motion_step(...)       RUN(1u, motion_step, __VA_ARGS__)
+#define observer_step(...)     RUN(2u, observer_step, __VA_ARGS__)
+#define acceleration_step(...) RUN(3u, acceleration_step, __VA_ARGS__)
+#define index_step(...)        RUN(4u, index_step, __VA_ARGS__)
+#define explained_step(...)    RUN(5u, explained_step, __VA_ARGS__)
+#define bank_step(...)         RUN(6u, bank_step, __VA_ARGS__)
+#define detector_step(...)     RUN(7u, detector_step, __VA_ARGS__)
+#define STAGES                 7u
+
+#define stages_init          dying_stages_init
+#define stages_run           dying_stages_run
+#define stages_step          dying_stages_step
+#define stages_complete      dying_stages_complete
+#define stages_valid         dying_stages_valid
+#define stages_saturated     dying_stages_saturated
+#define self_test_step       dying_self_test_step
+#define guard_init           dying_guard_init
+#define guard_tick           dying_guard_tick
+#define guard_trip           dying_guard_trip
+#define guard_note_start     dying_guard_note_start
+#define guard_note_tick_time dying_guard_note_tick_time
 #include "../../firmware/guard/guard_stages.c"
+
+#define is_near self_test_is_near
+#define rest    self_test_rest
+#include "../../firmware/guard/guard_self_test.c"
+#undef is_near
+#undef rest
 
 #include "../../firmware/guard/guard.c"
 
+#undef motion_step
 #include "guard_fixture.h"
 
 static bench_t bench;
 
 void setUp(void) {
-    flip = false;
+    dead = 0;
     start(&bench);
 }
 void tearDown(void) {}
 
-static void test_stages_that_were_not_due_are_a_fault(void) {
-    run_until_permitted(&bench);
-    flip = true;
-    cycle(&bench);
-    assert_fault(&bench, GUARD_REASON_STAGE_MISSED);
-    flip = false;
-    cycles(&bench, 50u);
-    ask_reset(&bench, bench.out.trip_number);
-    assert_fault(&bench, GUARD_REASON_STAGE_MISSED);
+static void test_a_stage_that_stops_running_is_a_fault_at_once(void) {
+    for (unsigned stage = 1u; stage <= STAGES; ++stage) {
+        setUp();
+        run_until_permitted(&bench);
+        dead = stage;
+        cycle(&bench);
+        assert_fault(&bench, GUARD_REASON_STAGE_MISSED);
+        dead = 0;
+        cycles(&bench, 2u * SETTLING_CYCLES);
+        ask_reset(&bench, bench.out.trip_number);
+        assert_fault(&bench, GUARD_REASON_STAGE_MISSED);
+    }
+}
+
+/* From the start on: with a collision on the arm, so that a guard that lives on would be blind to it. */
+static void test_a_stage_that_never_ran_is_found_by_the_self_test_or_the_first_tick(void) {
+    for (unsigned stage = 1u; stage <= STAGES; ++stage) {
+        setUp();
+        dead = stage;
+        cycles(&bench, 100u);
+        TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, bench.out.state);
+        TEST_ASSERT_TRUE((bench.out.reason == GUARD_REASON_SELF_TEST_FAILED) ||
+                         (bench.out.reason == GUARD_REASON_STAGE_MISSED));
+    }
 }
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_stages_that_were_not_due_are_a_fault);
+    RUN_TEST(test_a_stage_that_stops_running_is_a_fault_at_once);
+    RUN_TEST(test_a_stage_that_never_ran_is_found_by_the_self_test_or_the_first_tick);
     return UNITY_END();
 }

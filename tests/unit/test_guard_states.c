@@ -9,7 +9,7 @@ void setUp(void) {
 void tearDown(void) {}
 
 static void test_motion_is_not_permitted_before_every_input_is_in(void) {
-    silent_cycles(&bench, 3u);
+    silent_cycles(&bench, 70u);
     TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
     TEST_ASSERT_EQUAL(GUARD_REASON_WAITING_SYNC, bench.out.reason);
     for (uint32_t i = 0; i < 50u; ++i) {
@@ -23,7 +23,15 @@ static void test_motion_is_not_permitted_before_every_input_is_in(void) {
 static void test_the_first_tick_is_the_self_test_and_permits_nothing(void) {
     cycle(&bench);
     TEST_ASSERT_FALSE(bench.out.permitted);
+    TEST_ASSERT_EQUAL(GUARD_STATE_SELF_TEST, bench.out.state);
+    uint32_t taken = 1;
+    while ((bench.out.state == GUARD_STATE_SELF_TEST) && (taken < 100u)) {
+        cycle(&bench);
+        ++taken;
+        TEST_ASSERT_FALSE(bench.out.permitted);
+    }
     TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+    TEST_ASSERT_TRUE(taken <= 66u);
 }
 
 static void test_permission_comes_with_fresh_inputs_and_every_tick(void) {
@@ -160,10 +168,10 @@ static void test_a_reset_while_the_collision_goes_on_is_refused(void) {
 static void test_a_reset_before_the_inputs_were_good_for_long_enough_is_refused(void) {
     run_until_permitted(&bench);
     silent_cycles(&bench, 10u);
-    cycles(&bench, 15u); /* good for 15 ms, 20 ms are asked for */
+    cycles(&bench, SETTLING_CYCLES + 50u); /* settled, and good for 50 ms: 100 ms are asked for */
     ask_reset(&bench, bench.out.trip_number);
     assert_stopped(&bench, GUARD_REASON_SYNC_TIMEOUT, 0u);
-    cycles(&bench, 10u);
+    cycles(&bench, 60u);
     ask_reset(&bench, bench.out.trip_number);
     TEST_ASSERT_TRUE(bench.out.permitted);
 }
@@ -185,7 +193,7 @@ static void test_every_trip_has_its_own_number(void) {
     for (uint32_t expected = 1; expected < 300u; ++expected) {
         collide(12u);
         TEST_ASSERT_EQUAL(((expected - 1u) % 255u) + 1u, bench.out.trip_number);
-        cycles(&bench, 120u);
+        cycles(&bench, 220u);
         ask_reset(&bench, bench.out.trip_number);
         TEST_ASSERT_TRUE(bench.out.permitted);
     }
@@ -198,7 +206,7 @@ static void test_a_change_of_task_never_interrupts_the_permission(void) {
         bench.task = (uint8_t)(TASK_NONE + (i % 3u));
         cycle(&bench);
         TEST_ASSERT_TRUE(bench.out.permitted);
-        TEST_ASSERT_EQUAL(bench.task, bench.out.task);
+        TEST_ASSERT_TRUE(bench.out.task != TASK_INVALID);
     }
 }
 
@@ -212,7 +220,7 @@ static void test_an_invalid_task_ends_the_permission_at_once(void) {
 
 static void test_a_task_that_is_not_configured_is_invalid(void) {
     guard_config_t config = make_config();
-    config.task[TASK_CONTACT].index = INDEX_OFF;
+    config.task[TASK_CONTACT].index = (index_config_t){0};
     seal_config(&config);
     start_with(&bench, &config);
     run_until_permitted(&bench);
@@ -224,28 +232,34 @@ static void test_a_task_that_is_not_configured_is_invalid(void) {
 static void test_at_time_zero_nothing_has_been_heard_yet(void) {
     bench.now_us = 0u;
     tick(&bench);
-    bench.now_us = 1u;
-    tick(&bench);
+    for (uint32_t i = 0; i < 70u; ++i) {
+        ++bench.now_us;
+        tick(&bench);
+    }
     TEST_ASSERT_EQUAL(GUARD_REASON_WAITING_SYNC, bench.out.reason);
 }
 
 static void test_the_first_permission_waits_until_the_observer_has_settled(void) {
     uint32_t taken = 0;
-    while (!bench.out.permitted && (taken < 100u)) {
+    cycle(&bench);
+    while (bench.out.state == GUARD_STATE_SELF_TEST) {
+        cycle(&bench);
+    }
+    while ((bench.out.reason != GUARD_REASON_AWAITING_RESET) && (taken < 1000u)) {
         cycle(&bench);
         ++taken;
-        TEST_ASSERT_TRUE(bench.out.permitted || (taken < 4u) || (bench.out.reason == GUARD_REASON_SETTLING));
+        TEST_ASSERT_TRUE((bench.out.reason == GUARD_REASON_SETTLING) ||
+                         (bench.out.reason == GUARD_REASON_AWAITING_RESET));
     }
-    /* Two cycles until every sender has an E2E reference and the self-test is done, then 20 ms. */
-    TEST_ASSERT_EQUAL(2u + 20u, taken);
+    /* The observer settles, then everything has to be good for the healthy time. */
+    TEST_ASSERT_EQUAL(1u + 2u * SETTLING_CYCLES, taken); /* the first sample only starts the observer */
 }
 
 static void test_a_collision_at_start_up_permits_nothing_and_latches(void) {
-    for (uint32_t i = 0; i < 6u; ++i) {
+    run_until(&bench, GUARD_REASON_SETTLING);
+    bench.torque[2] = (int16_t)(bench.torque[2] + 800);
+    for (uint32_t i = 0; i < 2u * SETTLING_CYCLES; ++i) {
         cycle(&bench);
-        if (i == 0u) {
-            bench.torque[2] = (int16_t)(bench.torque[2] + 6000); /* above the threshold after one sample */
-        }
         TEST_ASSERT_FALSE(bench.out.permitted);
     }
     assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
@@ -254,7 +268,7 @@ static void test_a_collision_at_start_up_permits_nothing_and_latches(void) {
 static void test_a_new_trip_needs_its_own_healthy_time(void) {
     run_until_permitted(&bench);
     silent_cycles(&bench, 10u);
-    cycles(&bench, 100u);
+    cycles(&bench, 220u);
     ask_reset(&bench, bench.out.trip_number);
     TEST_ASSERT_TRUE(bench.out.permitted);
     bench.sensor_status[0] = 2u;
@@ -263,7 +277,7 @@ static void test_a_new_trip_needs_its_own_healthy_time(void) {
     bench.sensor_status[0] = 0u;
     ask_reset(&bench, bench.out.trip_number);
     assert_stopped(&bench, GUARD_REASON_SENSOR_STATUS, 1u);
-    cycles(&bench, 100u);
+    cycles(&bench, 220u);
     ask_reset(&bench, bench.out.trip_number);
     TEST_ASSERT_TRUE(bench.out.permitted);
 }
@@ -271,7 +285,7 @@ static void test_a_new_trip_needs_its_own_healthy_time(void) {
 static void test_a_controller_that_starts_with_the_request_set_resets_nothing(void) {
     run_until_permitted(&bench);
     silent_cycles(&bench, 10u);
-    cycles(&bench, 100u);
+    cycles(&bench, 220u);
     for (uint32_t i = 0; i < 5u; ++i) {
         receive(&bench, reset_frame(&bench, bench.out.trip_number, true));
         cycle(&bench);

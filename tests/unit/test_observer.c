@@ -21,7 +21,7 @@ void tearDown(void) {
 
 static observer_config_t constants(double gain, double period, torque_sample_t sample) {
     observer_config_t config = {.torque_sample = (uint32_t)sample};
-    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
+    for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) {
         const double span = period * (double)(g + 1u);
         config.decay[g] = num_of(exp(-gain * span));
         config.gain[g] = num_of(-expm1(-gain * span));
@@ -114,7 +114,7 @@ static void test_a_mean_torque_is_taken_as_it_is_and_an_instant_one_is_averaged(
 static void test_a_gap_is_one_step_of_the_longer_period(void) {
     const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INSTANT);
     random_start(21);
-    for (uint32_t gap = 1; gap <= CONFIG_MAX_GAP; ++gap) {
+    for (uint32_t gap = 1; gap <= OBSERVER_MAX_GAP; ++gap) {
         const observer_config_t slow = constants(GAIN, PERIOD * gap, TORQUE_INSTANT);
         observer_t other;
         observer_init(&observer);
@@ -136,7 +136,7 @@ static void test_a_gap_is_one_step_of_the_longer_period(void) {
 static void test_a_gap_between_mean_torques_costs_a_steady_change_nothing(void) {
     const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
     const signals_t s = {.torque = 5.0, .torque_slope = 4000.0};
-    for (uint32_t gap = 1; gap <= CONFIG_MAX_GAP; ++gap) {
+    for (uint32_t gap = 1; gap <= OBSERVER_MAX_GAP; ++gap) {
         observer_init(&observer);
         sample(&s, 0.0, -0.5 * PERIOD);
         observer_step(&observer, &config, 1, &motion, torque, 1);
@@ -155,7 +155,7 @@ static void test_cycles_lost_while_the_torque_is_constant_change_nothing(void) {
     observer_step(&observer, &config, 1, &motion, torque, 1);
     random_start(22);
     while (cycle < 400u) {
-        const uint32_t gap = 1u + (uint32_t)(2.0 * (random_one() + 1.0)) % CONFIG_MAX_GAP;
+        const uint32_t gap = 1u + (uint32_t)(2.0 * (random_one() + 1.0)) % OBSERVER_MAX_GAP;
         cycle += gap;
         sample(&s, cycle * PERIOD, 0.0);
         observer_step(&observer, &config, 1, &motion, torque, gap);
@@ -165,7 +165,7 @@ static void test_cycles_lost_while_the_torque_is_constant_change_nothing(void) {
 
 static void test_a_gap_that_no_step_bridges_starts_the_observer_again(void) {
     const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
-    const uint32_t gaps[] = {0, CONFIG_MAX_GAP + 1u, UINT32_MAX};
+    const uint32_t gaps[] = {0, OBSERVER_MAX_GAP + 1u, UINT32_MAX};
     for (uint32_t i = 0; i < 3u; ++i) {
         torque[0] = NUM(9);
         for (int k = 0; k < 50; ++k) {

@@ -44,7 +44,7 @@ def _summary(configuration: Configuration, numeric: Numeric, size: int) -> dict[
         "rate_hz": settings.wire.rate_hz,
         "format": settings.wire.format,
         "gain_per_s": settings.observer.gain_per_s,
-        "basis": settings.subspace.basis,
+        "order": settings.subspace.order,
         "tasks": {
             name: {
                 "index": settings.task[name].index,
@@ -61,7 +61,7 @@ def _summary(configuration: Configuration, numeric: Numeric, size: int) -> dict[
 def _table(summary: dict[str, Any]) -> str:
     lines = [
         f"{summary['configuration']}: {summary['robot']}, {summary['joints']} joints, "
-        f"{summary['rate_hz']:g} Hz {summary['format']}, gain {summary['gain_per_s']:g} 1/s, {summary['basis']} basis",
+        f"{summary['rate_hz']:g} Hz {summary['format']}, gain {summary['gain_per_s']:g} 1/s, {summary['order'].replace('_', ' ')}",
         f"{'task':<9}{'index':<7}{'debounce':<10}threshold Nm",
     ]
     for name, task in summary["tasks"].items():

@@ -16,6 +16,7 @@ MAX_JOINTS = 8  # ROBOT_MAX_JOINTS
 NAME_LENGTH = 16  # ROBOT_NAME_LENGTH
 MAX_GAP = 4  # CONFIG_MAX_GAP
 TASK_COUNT = 4
+MAX_CHANNELS = 4  # BANK_MAX_CHANNELS
 
 MAGIC = 0x50524554  # "TERP"
 SCHEMA = 2
@@ -61,19 +62,45 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
             ("torque_sample", word),
         ]
     )
-    subspace = np.dtype([("basis", word), ("tolerance", num), ("lever_m", num)])
+    channel = np.dtype(
+        [
+            (field, num, MAX_GAP)
+            for field in ("own", "cross", "back", "stay", "in", "in_back", "high_pass")
+        ]
+    )
+    bank = np.dtype([("channels", word), ("channel", channel, MAX_CHANNELS)])
+    subspace = np.dtype([("order", word), ("tolerance", num), ("lever_m", num), ("softness", num)])
+    acceleration = np.dtype([("force_floor_n", num), ("error_max", num)])
     sensor = np.dtype([("offset_nm", num, MAX_JOINTS), ("friction_nm", num, MAX_JOINTS)])
-    task = np.dtype([("index", word), ("debounce_ticks", word), ("threshold_nm", num, MAX_JOINTS)])
+    index = np.dtype([("kind", word), ("components", word)])
+    detector = np.dtype(
+        [("debounce_ticks", word), ("channels", word), ("threshold_nm", num, (MAX_CHANNELS, MAX_JOINTS))]
+    )
+    limits = np.dtype(
+        [
+            *(
+                (field, num)
+                for field in (
+                    "mass_max_kg", "arm_max_m", "force_max_n", "moment_max_nm", "force_slack_n", "moment_slack_nm",
+                )
+            ),
+            ("residual_max_nm", num, MAX_JOINTS),
+        ]
+    )  # fmt: skip
+    task = np.dtype([("index", index), ("detector", detector), ("limits", limits)])
     words = (
         "magic", "schema", "size", "crc", "numeric", "wire", "format", "period_us",
         "sync_deadline_us", "joint_deadline_us", "task_deadline_us", "tick_deadline_us", "tick_budget_us",
         "reset_healthy_us", "stop_collision", "stop_input", "stop_fault",
+        "settling_us", "task_dwell_cycles",
     )  # fmt: skip
     return np.dtype(
         [
             *((field, word) for field in words),
             ("observer", observer),
+            ("bank", bank),
             ("subspace", subspace),
+            ("acceleration", acceleration),
             ("sensor", sensor),
             ("task", task, TASK_COUNT),
             ("robot", robot),
@@ -86,6 +113,45 @@ def observer_constants(gain_per_s: float, period_s: float) -> dict[str, npt.NDAr
     span = period_s * np.arange(1, MAX_GAP + 1)
     gain = -np.expm1(-gain_per_s * span)
     return {"decay": np.exp(-gain_per_s * span), "gain": gain, "momentum_gain": gain / span}
+
+
+def channel_constants(
+    low_pass_per_s: float, order: int, damping: float, high_pass_hz: float, gain_per_s: float, period_s: float
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Exact discretisation of one channel (firmware/core/bank.h) over 1 to MAX_GAP cycles, (MAX_GAP,) each.
+
+    A low-pass of order 1 or 2 at low_pass_per_s rad/s, with `damping` below 1 for order 2, then a first-order high-pass
+    at high_pass_hz (0: none). The input is the observer's update, which carries the factor 1 - exp(-K g T).
+    """
+    span = period_s * np.arange(1, MAX_GAP + 1)
+    gain = -np.expm1(-gain_per_s * span)
+    zeros = np.zeros(MAX_GAP)
+    if order == 1:
+        own, cross, back, stay = np.exp(-low_pass_per_s * span), zeros, zeros, zeros
+    else:
+        turn = low_pass_per_s * np.sqrt(1 - damping**2) * span
+        fade = np.exp(-damping * low_pass_per_s * span)
+        lean = damping / np.sqrt(1 - damping**2)
+        own = fade * (np.cos(turn) + lean * np.sin(turn))
+        cross = fade * np.sin(turn) / np.sqrt(1 - damping**2)
+        back = -cross
+        stay = fade * (np.cos(turn) - lean * np.sin(turn))
+    return {
+        "own": own,
+        "cross": cross,
+        "back": back,
+        "stay": stay,
+        "in": (1 - own) / gain,
+        "in_back": -back / gain,
+        "high_pass": -np.expm1(-2 * np.pi * high_pass_hz * span),
+    }
+
+
+def passing_channel() -> dict[str, npt.NDArray[np.float64]]:
+    """A channel that passes its input on: for an index that was filtered before its projection."""
+    zeros = np.zeros(MAX_GAP)
+    names = ("own", "cross", "back", "stay", "in_back", "high_pass")
+    return {**dict.fromkeys(names, zeros), "in": np.ones(MAX_GAP)}
 
 
 def pack(values: Mapping[str, Any], numeric: Numeric) -> bytes:
@@ -123,8 +189,8 @@ def _fill(target: Any, values: Mapping[str, Any], place: str) -> None:
             target[name] = str(value).encode()[:NAME_LENGTH]
         else:
             numbers = _rounded(np.asarray(value, float), field.base, where)
-            if numbers.ndim == 1 and field.shape and numbers.shape[0] < field.shape[0]:
-                numbers = np.pad(numbers, (0, field.shape[0] - numbers.shape[0]))
+            if field.shape:
+                numbers = np.pad(numbers, [(0, room - has) for room, has in zip(field.shape, numbers.shape, strict=True)])
             target[name] = numbers
 
 

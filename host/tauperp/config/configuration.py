@@ -9,8 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from tauperp.busload import worst_case_load
-from tauperp.config.block import MAX_JOINTS, Numeric, block_crc, block_dtype, observer_constants, pack
-from tauperp.config.settings import TASKS, Settings, TaskName
+from tauperp.config.block import (
+    MAX_JOINTS,
+    Numeric,
+    block_crc,
+    block_dtype,
+    channel_constants,
+    observer_constants,
+    pack,
+    passing_channel,
+)
+from tauperp.config.settings import TASKS, Channel, Settings, TaskName
 from tauperp.errors import InputError
 from tauperp.toml import validate
 from tauperp.wire import Wire
@@ -19,9 +28,17 @@ if TYPE_CHECKING:
     from tauperp.robot import Robot
 
 _INDEXES = {"off": 0, "r": 1, "d_p": 2, "d_e": 3}
-_BASES = {"instantaneous": 1, "filtered": 2}
+_ORDERS = {"filter_first": 1, "project_first": 2}
 _TORQUE_SAMPLES = {"interval": 1, "instant": 2}
 _FORMATS = {"classic": 1, "fd": 2}
+
+SETTLING = 5.0  # time constants of the observer before a permission
+TASK_DWELL_S = 0.25  # a task stays in force for so long before the next one takes over
+THRESHOLD_SHARE = 3  # a threshold is at most the joint's torque limit over this: CONFIG_THRESHOLD_SHARE
+SENSOR_SHARE = 4  # offset and friction are at most the torque limit over this: CONFIG_SENSOR_SHARE
+RESIDUAL_SHARE = 2  # a limit on |r| is at most the torque limit times this: CONFIG_RESIDUAL_SHARE
+ALL_COMPONENTS = 0x3F
+DEBOUNCE_MAX_S = 0.1
 
 LOAD_LIMIT = 0.9  # of the bus at worst; above, a burst of errors has no room left to be repeated in
 
@@ -57,11 +74,24 @@ class Configuration:
             self._refuse("wire.rate_hz", f"{n} joints would fill the {settings.wire.format} bus to {load:.0%}")
         if self.tick_budget_us > self.period_us:
             self._refuse("deadline.tick_budget_us", f"longer than the period of {self.period_us} us")
-        if settings.reset.healthy_ms * 1000 < self.period_us:
-            self._refuse("reset.healthy_ms", f"shorter than the period of {self.period_us} us")
         for key, values in (("offset_nm", settings.sensor.offset_nm), ("friction_nm", settings.sensor.friction_nm)):
             if len(values) not in (1, n):
                 self._refuse(f"sensor.{key}", f"{len(values)} values for the {n} joints of {self.robot.name}")
+            for joint, value in zip(self.robot.joints, self._by_joint(values), strict=True):
+                if abs(value) > joint.torque_max / SENSOR_SHARE:
+                    limit = f"1/{SENSOR_SHARE} of the torque limit of {joint.torque_max:g} Nm of joint {joint.name}"
+                    self._refuse(f"sensor.{key}", f"{value:g} Nm is beyond {limit}")
+        if settings.reset.healthy_ms * 1000 < self.settling_us:
+            self._refuse(
+                "reset.healthy_ms",
+                f"shorter than the {self.settling_us / 1000:g} ms (5 / observer.gain_per_s) in which the observer settles",
+            )
+        if settings.subspace.softness_nm_per_n < settings.subspace.tolerance_nm_per_n:
+            self._refuse("subspace.softness_nm_per_n", "below tolerance_nm_per_n")
+        if settings.subspace.order == "filter_first" and settings.bank.channel:
+            self._refuse("bank.channel", "order 'filter_first' has the observer as its only filter")
+        if settings.bank.channel and all(channel.high_pass_hz > 0 for channel in settings.bank.channel):
+            self._refuse("bank.channel", "every channel has a high-pass: a force that stays would not be seen")
         for name in TASKS:
             self._check_task(name)
 
@@ -76,12 +106,33 @@ class Configuration:
             )
         if task.index == "off":
             return
-        if len(task.threshold_nm) not in (1, n):
-            self._refuse(place, f"{len(task.threshold_nm)} values for the {n} joints of {self.robot.name}")
-        for joint, threshold in zip(self.robot.joints, self.threshold_nm(name), strict=True):
-            if threshold >= joint.torque_max:
-                limit = f"the torque limit of {joint.torque_max:g} Nm of joint {joint.name}"
-                self._refuse(place, f"{threshold:g} Nm is not below {limit}")
+        rows = task.threshold_nm if any(isinstance(row, list) for row in task.threshold_nm) else [task.threshold_nm]
+        if len(rows) not in (1, self.channels):
+            self._refuse(place, f"{len(rows)} rows for the {self.channels} channels of the bank")
+        for row in rows:
+            if not isinstance(row, list) or len(row) not in (1, n):
+                self._refuse(place, f"{len(row) if isinstance(row, list) else 1} values for the {n} joints of {self.robot.name}")
+        for row in self.thresholds_nm(name):
+            for joint, threshold in zip(self.robot.joints, row, strict=True):
+                if not 0 < threshold <= joint.torque_max / THRESHOLD_SHARE:
+                    limit = f"1/{THRESHOLD_SHARE} of the torque limit of {joint.torque_max:g} Nm of joint {joint.name}"
+                    self._refuse(place, f"{threshold:g} Nm is beyond {limit}: a person would feel more than that")
+        if task.debounce_ticks > 2 and task.debounce_ticks * self.period_us * 1e-6 > DEBOUNCE_MAX_S:
+            self._refuse(
+                f"task.{name}.debounce_ticks",
+                f"{task.debounce_ticks} ticks are longer than {DEBOUNCE_MAX_S:g} s at {self.settings.wire.rate_hz:g} Hz",
+            )
+        limits = task.limits.residual_max_nm
+        if limits and len(limits) not in (1, n):
+            self._refuse(
+                f"task.{name}.limits.residual_max_nm", f"{len(limits)} values for the {n} joints of {self.robot.name}"
+            )
+        for joint, limit in zip(self.robot.joints, self.residual_max_nm(name), strict=True):
+            if limit > RESIDUAL_SHARE * joint.torque_max:
+                self._refuse(
+                    f"task.{name}.limits.residual_max_nm",
+                    f"{limit:g} Nm is beyond {RESIDUAL_SHARE} times the torque limit of joint {joint.name}",
+                )
 
     def _refuse(self, place: str, message: str) -> None:
         raise InputError(f"{self.source}: {place}: {message}")
@@ -96,12 +147,39 @@ class Configuration:
         budget = self.settings.deadline.tick_budget_us
         return self.period_us // 2 if budget is None else budget
 
-    def threshold_nm(self, task: TaskName) -> npt.NDArray[np.float64]:
-        """Thresholds of a task, (n,) Nm; zeros where its index is off."""
+    @property
+    def channels(self) -> int:
+        """How many channels the bank has."""
+        return max(1, len(self.settings.bank.channel))
+
+    @property
+    def settling_us(self) -> int:
+        """The observer runs for so long without a restart before a permission: 5 time constants, in whole cycles."""
+        cycles = int(np.ceil(SETTLING / self.settings.observer.gain_per_s * 1e6 / self.period_us - 1e-9))
+        return max(1, cycles) * self.period_us
+
+    def thresholds_nm(self, task: TaskName) -> npt.NDArray[np.float64]:
+        """Thresholds of a task, (channels, n) Nm; zeros where its index is off."""
         settings = self.settings.task[task]
         if settings.index == "off":
-            return np.zeros(self.robot.n)
-        return self._by_joint(settings.threshold_nm)
+            return np.zeros((self.channels, self.robot.n))
+        rows = settings.threshold_nm
+        if not any(isinstance(row, list) for row in rows):
+            rows = [rows]  # type: ignore[list-item]
+        return np.stack([np.broadcast_to(np.array(row, float), self.robot.n) for row in rows]) * np.ones(
+            (self.channels, 1)
+        )
+
+    def threshold_nm(self, task: TaskName) -> npt.NDArray[np.float64]:
+        """Thresholds of a task in the bank's first channel, (n,) Nm; zeros where its index is off."""
+        return self.thresholds_nm(task)[0]
+
+    def residual_max_nm(self, task: TaskName) -> npt.NDArray[np.float64]:
+        """Limits of a task on |r|, (n,) Nm: its own, else each joint's torque limit."""
+        own = self.settings.task[task].limits.residual_max_nm
+        if own:
+            return self._by_joint(own)
+        return np.array([joint.torque_max for joint in self.robot.joints])
 
     def _by_joint(self, values: list[float]) -> npt.NDArray[np.float64]:
         return np.broadcast_to(np.array(values, float), self.robot.n).copy()
@@ -166,14 +244,22 @@ class Configuration:
             "tick_deadline_us": settings.deadline.tick_cycles * period,
             "tick_budget_us": self.tick_budget_us,
             "reset_healthy_us": round(settings.reset.healthy_ms * 1000),
+            "settling_us": self.settling_us,
+            "task_dwell_cycles": round(TASK_DWELL_S * 1e6 / period),
             "stop_collision": settings.stop.collision,
             "stop_input": settings.stop.input,
             "stop_fault": settings.stop.fault,
             "observer": {**observer, "torque_sample": _TORQUE_SAMPLES[settings.observer.torque_sample]},
+            "bank": {"channels": self.channels, "channel": self._channel_values()},
             "subspace": {
-                "basis": _BASES[settings.subspace.basis],
+                "order": _ORDERS[settings.subspace.order],
                 "tolerance": settings.subspace.tolerance_nm_per_n,
                 "lever_m": settings.subspace.lever_m,
+                "softness": settings.subspace.softness_nm_per_n,
+            },
+            "acceleration": {
+                "force_floor_n": settings.acceleration.force_floor_n,
+                "error_max": settings.acceleration.error_max_m_s2,
             },
             "sensor": {
                 "offset_nm": self._by_joint(settings.sensor.offset_nm),
@@ -187,8 +273,23 @@ class Configuration:
         task = self.settings.task[name]
         if task.index == "off":
             return {}
+        limits = task.limits.model_dump(exclude={"residual_max_nm"})
         return {
-            "index": _INDEXES[task.index],
-            "debounce_ticks": task.debounce_ticks,
-            "threshold_nm": self.threshold_nm(name),
+            "index": {"kind": _INDEXES[task.index], "components": ALL_COMPONENTS if task.index == "d_e" else 0},
+            "detector": {
+                "debounce_ticks": task.debounce_ticks,
+                "channels": (1 << self.channels) - 1,
+                "threshold_nm": self.thresholds_nm(name),
+            },
+            "limits": {**limits, "residual_max_nm": self.residual_max_nm(name)},
         }
+
+    def _channel_values(self) -> list[dict[str, npt.NDArray[np.float64]]]:
+        gain, period_s = self.settings.observer.gain_per_s, self.period_us * 1e-6
+        if self.settings.subspace.order == "filter_first":
+            return [passing_channel()]
+        channels = self.settings.bank.channel or [Channel(low_pass_per_s=gain)]
+        return [
+            channel_constants(one.low_pass_per_s, one.order, one.damping, one.high_pass_hz, gain, period_s)
+            for one in channels
+        ]

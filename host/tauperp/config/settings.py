@@ -7,12 +7,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from tauperp.config.block import MAX_GAP, MAX_JOINTS
+from tauperp.config.block import MAX_CHANNELS, MAX_GAP, MAX_JOINTS
 from tauperp.toml import Table
 
 TaskName = Literal["none", "payload", "contact"]
 IndexName = Literal["off", "r", "d_p", "d_e"]
 StopCategory = Literal[0, 1, 2]
+EarlyStop = Literal[0, 1]  # holding under power is for a collision only
+
+MAX_INPUT_CYCLES = 15  # the E2E counter of Sync and TaskCommand cannot tell more
 
 TASKS: dict[TaskName, int] = {"none": 1, "payload": 2, "contact": 3}  # numbers as on the wire
 
@@ -42,14 +45,51 @@ class Wire(Table):
 
 
 class Observer(Table):
-    gain_per_s: float = Field(gt=0, le=500)
+    gain_per_s: float = Field(ge=10, le=500)
     torque_sample: Literal["interval", "instant"]  # joints report the mean since the last Sync, or the value at it
 
 
+class Channel(Table):
+    """One linear filter of the bank: a low-pass and, behind it, an optional high-pass."""
+
+    low_pass_per_s: float = Field(gt=0, le=500)  # corner, rad/s
+    order: Literal[1, 2] = 1
+    damping: float = Field(default=0.7, gt=0.3, lt=1)  # of order 2
+    high_pass_hz: float = Field(default=0.0, ge=0, le=10)  # 0: none
+
+
+class Bank(Table):
+    """The filters of what the task leaves unexplained. Empty: one first-order low-pass with the observer's gain."""
+
+    channel: list[Channel] = Field(default=[], max_length=MAX_CHANNELS)
+
+
 class Subspace(Table):
-    basis: Literal["instantaneous", "filtered"]
-    tolerance_nm_per_n: float = Field(gt=0, lt=1)
-    lever_m: float = Field(gt=0, le=10)
+    order: Literal["project_first", "filter_first"]  # of projection and filter; filter_first is the paper's
+    tolerance_nm_per_n: float = Field(gt=0, le=0.1)
+    lever_m: float = Field(gt=0, le=1)
+    softness_nm_per_n: float = Field(gt=0, le=0.2)  # of the estimate that the limits look at
+
+
+class Acceleration(Table):
+    """When the payload task may explain the commanded acceleration."""
+
+    force_floor_n: float = Field(gt=0, le=20)  # below: mass_max_kg times the acceleration cannot matter
+    error_max_m_s2: float = Field(gt=0, le=10)  # between commanded and measured; beyond: it is not believed
+
+
+class Limits(Table):
+    """How much the task may explain; beyond is a stop of its own reason."""
+
+    mass_max_kg: float = Field(gt=0, le=50)  # payload
+    arm_max_m: float = Field(ge=0, le=1)  # payload: distance of its centre of mass from the tip
+    force_slack_n: float = Field(gt=0, le=60)  # payload: for model error and noise
+    moment_slack_nm: float = Field(gt=0, le=20)
+    force_max_n: float = Field(gt=0, le=400)  # contact
+    moment_max_nm: float = Field(gt=0, le=100)
+    residual_max_nm: Annotated[list[Annotated[float, Field(gt=0)]], BeforeValidator(_one_or_many)] = Field(
+        default=[], max_length=MAX_JOINTS
+    )  # |r| of a joint; empty: the joint's torque limit
 
 
 class Sensor(Table):
@@ -67,10 +107,11 @@ class Task(Table):
     """What is watched while the robot does this task, and from where on it is a collision."""
 
     index: IndexName
-    threshold_nm: Annotated[list[Annotated[float, Field(gt=0)]], BeforeValidator(_one_or_many)] = Field(
+    threshold_nm: Annotated[list[Annotated[float, Field(gt=0)] | list[float]], BeforeValidator(_one_or_many)] = Field(
         default=[], max_length=MAX_JOINTS
-    )  # one for every joint, or one a joint
+    )  # one for every joint, or one a joint; or for each channel a list of these
     debounce_ticks: int = Field(ge=1, le=1000)
+    limits: Limits
 
 
 class Tasks(Table):
@@ -85,10 +126,10 @@ class Tasks(Table):
 class Deadline(Table):
     """Ages at which an input is too old, in cycles. Unset: what the DBC's TimeoutCycles says."""
 
-    sync_cycles: int | None = Field(default=None, ge=1, le=MAX_GAP)
+    sync_cycles: int | None = Field(default=None, ge=1, le=MAX_INPUT_CYCLES)
     joint_cycles: int | None = Field(default=None, ge=1, le=MAX_GAP)
-    task_cycles: int | None = Field(default=None, ge=1, le=10_000)
-    tick_cycles: int = Field(ge=1, le=MAX_GAP)
+    task_cycles: int | None = Field(default=None, ge=1, le=MAX_INPUT_CYCLES)
+    tick_cycles: int = Field(ge=1, le=8)
     tick_budget_us: int | None = Field(default=None, ge=1)  # unset: half a period
 
 
@@ -100,8 +141,8 @@ class Stop(Table):
     """Stop categories of IEC 60204-1: 0 power off, 1 controlled then power off, 2 controlled and held."""
 
     collision: StopCategory
-    input: StopCategory
-    fault: StopCategory
+    input: EarlyStop
+    fault: EarlyStop
 
 
 class Settings(Table):
@@ -111,8 +152,10 @@ class Settings(Table):
     preset: str = "default"
     wire: Wire
     observer: Observer
+    bank: Bank = Bank()
     subspace: Subspace
     sensor: Sensor = Sensor()
+    acceleration: Acceleration
     task: Tasks
     deadline: Deadline
     reset: Reset

@@ -36,7 +36,7 @@ class Projection(NamedTuple):
 
 class Step(NamedTuple):
     residual: FloatArray  # (n,) r, the external torque that the observer sees, Nm
-    index: FloatArray  # type: ignore[assignment]  # (n,) the collision index of the task, Nm
+    index: FloatArray  # type: ignore[assignment]  # (n,) the task's index in the channel nearest to its threshold, Nm
 
 
 class Core:
@@ -68,7 +68,10 @@ class Core:
         self._config = library.load_block(config.block(numeric))
         self._motion = library.new("motion_t *")
         self._observer = library.new("observer_t *")
+        self._acceleration = library.new("acceleration_t *")
         self._index = library.new("index_t *")
+        self._bank = library.new("bank_t *")
+        self._detector = library.new("detector_t *")
         self._subspace = library.new("subspace_t *")
         self._q, self._qd, self._tau = (_Vector(library, MAX_JOINTS) for _ in range(3))
         self._columns = _Vector(library, MAX_COLUMNS * MAX_JOINTS)
@@ -80,7 +83,10 @@ class Core:
         lib = self._library.lib
         lib.motion_init(self._motion)
         lib.observer_init(self._observer)
+        lib.acceleration_init(self._acceleration)
         lib.index_init(self._index)
+        lib.bank_init(self._bank)
+        lib.detector_init(self._detector)
 
     def terms(self, q: npt.ArrayLike, qd: npt.ArrayLike) -> Terms:
         """Momentum, C^T qd, gravity torque and Jacobian at q (n,) rad and qd (n,) rad/s; or (m, n) for m instants.
@@ -164,15 +170,25 @@ class Core:
         self._qd.set("qd", np.asarray(qd, float), self.n)
         self._tau.set("tau", np.asarray(tau, float), self.n)
         self._move()
-        observer, index = self._observer, self._index
-        before = observer.saturations + index.saturations
-        lib.observer_step(observer, self._library.ffi.addressof(config, "observer"), self.n, self._motion,
-                          self._tau.pointer, 1)  # fmt: skip
-        lib.index_step(index, self._library.ffi.addressof(config, "subspace"), config.task[number].index,
-                       self._library.ffi.addressof(config, "robot"), self._motion, observer, acceleration)  # fmt: skip
-        self._check_saturations(observer.saturations + index.saturations - before)
+        stages = (self._observer, self._acceleration, self._index, self._bank)
+        before = sum(stage.saturations for stage in stages)
+        observer, measured, index, bank = stages
+        task_row = config.task[number]
+        address = self._library.ffi.addressof
+        gains, robot = address(config, "observer"), address(config, "robot")
+        lib.observer_step(observer, gains, self.n, self._motion, self._tau.pointer, 1)
+        lib.acceleration_step(measured, address(config, "acceleration"), gains, observer, robot, self._motion,
+                              self._qd.pointer, acceleration, task_row.limits.mass_max_kg)  # fmt: skip
+        lib.index_step(index, address(config, "subspace"), address(task_row, "index"), robot, self._motion, observer,
+                       measured)  # fmt: skip
+        lib.bank_step(bank, address(config, "bank"), self.n, observer.gap, index.unexplained, 0)
+        lib.detector_step(self._detector, address(task_row, "detector"), self.n, bank)
+        self._check_saturations(sum(stage.saturations for stage in stages) - before)
         view, n = self._library.view, self.n
-        return Step(self._library.from_num(view(observer.residual)[:n]), self._library.from_num(view(index.value)[:n]))
+        return Step(
+            self._library.from_num(view(observer.residual)[:n]),
+            self._library.from_num(view(self._detector.value_nm)[:n]),
+        )
 
     def _move(self) -> None:
         """The motion pass over the joint buffers."""

@@ -23,14 +23,17 @@ _REFUSALS = {
     6: "made for the other numeric type",
     7: "made for another DBC; make it again with `tauperp config`",
     8: "its robot table does not hold",
-    9: "a period, deadline or budget is zero, or a deadline is below one period",
-    10: "a threshold or debounce is not positive, an index is unknown, or no task is configured",
+    9: "a period, deadline, budget or settling time is outside its bounds",
+    10: "a threshold or debounce is outside its bounds, an index is unknown, or no task is configured",
     11: "d_e of 6 joints or fewer is zero for every force: it would see nothing",
     12: "d_p of 5 joints or fewer is zero for every force: it would see nothing",
-    13: "a decay of the observer is outside 0 to 1, or its gains do not belong to it",
-    14: "a tolerance or lever is not positive, or the basis is unknown",
-    15: "a stop category is above 2",
-    16: "a sensor's offset or friction is out of range",
+    13: "the observer is too slow, or its constants do not belong to each other and the period",
+    14: "a tolerance, lever or softness is outside its bounds, or the order is unknown",
+    15: "a stop category is not allowed for its kind of stop",
+    16: "a sensor's offset or friction is outside its bounds",
+    17: "a limit on what a task explains is outside its bounds",
+    18: "a channel is no filter of gain 1, or a task watches no force that stays",
+    19: "its worst-case reaction time is too long",
 }  # guard_status_t, from GUARD_BAD_MAGIC on
 _GUARD_OK = 1
 
@@ -76,6 +79,39 @@ class Reason(enum.IntEnum):
     SATURATED = 24
     SETTLING = 25
     ANOTHER_GUARD = 26
+    AWAITING_RESET = 27
+    RESTARTED = 28
+    RESTART_LIMIT = 29
+    CYCLE_JUMP = 30
+    OBSERVER_RESTART = 31
+    IMPLAUSIBLE = 32
+    FROZEN = 33
+    ERROR_RATE = 34
+    ANOTHER_SENDER = 35
+    CLOCK_RATE = 36
+    CLOCK_STOPPED = 37
+    EXPLAINED_FORCE = 38
+    EXPLAINED_MOMENT = 39
+    RESIDUAL_LIMIT = 40
+
+
+class Start(enum.IntEnum):
+    """guard_start_t: why the guard starts"""
+
+    UNKNOWN = 0
+    POWER_ON = 1
+    COMMANDED = 2
+    WATCHDOG = 3
+    EXCEPTION = 4
+    SERVICE = 5
+
+
+class Variant(enum.IntEnum):
+    """guard_variant_t: what an image was built for"""
+
+    PRODUCT = 0
+    LOCKSTEP = 1
+    EMULATOR = 2
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -91,10 +127,12 @@ class Verdict:
     joint: int  # 1 to n: of the trip or waited for; 0 none
     trip_number: int  # of the last trip; 0 before the first
     cycle: int  # of the newest Sync
-    value_nm: float  # the index of `joint` at the trip
+    value_nm: float  # the index of `joint` at the trip; N or Nm for EXPLAINED_*
     threshold_nm: float
     residual: FloatArray  # (n,) r of this tick, Nm
-    index: FloatArray  # (n,) the index in force, Nm
+    index: FloatArray  # (n,) the index in force, in the channel nearest to its threshold, Nm
+    threshold: FloatArray  # (n,) in force there, Nm
+    channel: int  # of the index that is nearest to its threshold
     smallest_singular: float  # of the basis in force, or a bound below it, Nm per N; 0 without one
     rank: int
     frames: list[can.Message]  # to be sent in this order
@@ -106,10 +144,19 @@ class Guard:
     The caller is the board: it hands over every frame in the order of reception, ticks once a cycle, and sends the
     verdict's frames. Time is any monotonic clock in microseconds. Not for more than one thread.
 
+    start, restarts   why the guard starts, and how many unexpected restarts there were (guard_note_start)
+
     Raises InputError if the firmware refuses the block, with the firmware's reason.
     """
 
-    def __init__(self, block: bytes) -> None:
+    def __init__(
+        self,
+        block: bytes,
+        *,
+        start: Start = Start.COMMANDED,
+        restarts: int = 0,
+        variant: Variant = Variant.LOCKSTEP,
+    ) -> None:
         library = load_library(_numeric_of(block))
         self.library = library
         self._lib = library.lib
@@ -120,11 +167,13 @@ class Guard:
         self._output = library.new("guard_output_t *")
         self._residual = library.view(self._output.residual)
         self._index = library.view(self._output.index)
+        self._threshold = library.view(self._output.threshold)
         self._scale = 1.0 if library.numeric == "float32" else 2.0**-22
         self.n = int(self._config.robot.joint_count)
         status = int(self._lib.guard_init(self._guard, self._config))
         if status != _GUARD_OK:
             raise InputError(f"configuration block: {_REFUSALS.get(status, f'refused with status {status}')}")
+        self._lib.guard_note_start(self._guard, int(start), restarts, int(variant))
 
     @property
     def counters(self) -> dict[str, int]:
@@ -170,6 +219,8 @@ class Guard:
             output.threshold_nm * scale,
             self.library.from_num(self._residual[:n]),
             self.library.from_num(self._index[:n]),
+            self.library.from_num(self._threshold[:n]),
+            int(output.channel),
             output.smallest_singular * scale,
             output.rank,
             [self._message(output.frame[i], now_us) for i in range(output.frame_count)],

@@ -186,10 +186,14 @@ class RobotNode:
         return False
 
     def _ask_for_reset(self) -> None:
-        """While only the permission is missing, ask for it with the number of the trip that took it."""
+        """While only the permission is missing, ask for it with the number of the trip that took it.
+
+        After a start the guard wants the same, with the number 0: the robot asks as soon as an answer comes in.
+        """
         command = self.stop_command
-        tripped = command is not None and not self.permitted and command["TripNumber"] != 0
-        if not (tripped and self.motion.wants_reset):
+        missing = command is not None and not self.permitted and self.answer is Answer.GOOD
+        first = missing and command is not None and command["TripNumber"] == 0  # nothing has tripped since the start
+        if not (first or (missing and self.motion.wants_reset)):
             self._reset_cycles = 0
             return
         assert command is not None

@@ -1,0 +1,37 @@
+/* token: proof that a stage ran on this tick's input.
+ *
+ * The first stage makes a token from its input, each later stage one from the token of the stage before it. The caller
+ * clears all tokens before a tick and works out what the last one must be. A stage that did not run leaves a zero, or
+ * the token of another input, and the rest of the chain shows it.
+ */
+#ifndef TAUPERP_TOKEN_H
+#define TAUPERP_TOKEN_H
+
+#include "num.h"
+
+typedef enum {
+    TOKEN_MOTION = 1,
+    TOKEN_OBSERVER = 2,
+    TOKEN_ACCELERATION = 3,
+    TOKEN_INDEX = 4,
+    TOKEN_EXPLAINED = 5,
+    TOKEN_BANK = 6,
+    TOKEN_DETECTOR = 7
+} token_stage_t;
+
+/* From the token of the stage before, and the bits of this stage's own input. Never zero: bit 0 is set. */
+static inline uint32_t token_next(uint32_t before, token_stage_t stage, uint32_t bits) {
+    return ((((before ^ bits) * 2654435761u) + (uint32_t)stage) << 1) | 1u;
+}
+
+static inline uint32_t token_bits(const num_t values[], uint32_t count) {
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+        uint32_t word;
+        __builtin_memcpy(&word, &values[i], sizeof(word));
+        bits = (bits * 31u) + word;
+    }
+    return bits;
+}
+
+#endif

@@ -1,0 +1,82 @@
+#include "guard_parts.h"
+
+/* Bounds, above what real arms show: encoder and wire quanta, 4 mrad/s of velocity noise, samples late by a cycle or
+ * two.
+ *
+ * The error of one joint is e+ = decay e + (moved - mean velocity x time), so it forgets with the observer's gain K,
+ * and a velocity that is wrong by v leaves v/K. With K = 50 1/s: 0.05 rad/s. */
+#define JUMP_RAD         NUM(0.0015) /* 12 quanta of position */
+#define VELOCITY_RAD_S   NUM(0.05)
+#define LATE_CYCLES      NUM(2.5)
+#define FROZEN_SNAPSHOTS 10u
+#define FROZEN_NM        NUM(0.1) /* 10 quanta of torque */
+
+void plausibility_init(plausibility_t *self) {
+    *self = (plausibility_t){0};
+}
+
+static void remember(plausibility_t *self, uint32_t i, const snapshot_t *snapshot) {
+    self->position[i] = snapshot->position[i];
+    self->velocity[i] = snapshot->velocity[i];
+    self->torque[i] = snapshot->torque[i];
+}
+
+static void start(plausibility_t *self, uint32_t joints, const snapshot_t *snapshot, const motion_t *motion) {
+    for (uint32_t i = 0; i < joints; ++i) {
+        remember(self, i, snapshot);
+        self->error_rad[i] = NUM(0);
+        self->held_nm[i] = motion->gravity[i];
+        self->same[i] = 0;
+    }
+    self->started = true;
+}
+
+/* The integrated velocity, and what the error may be: all in rad. One product of the observer's constants stands for
+ * the time: gain / momentum_gain is the length of the step in s. */
+static bool agrees(plausibility_t *self, uint32_t i, const snapshot_t *snapshot, const observer_config_t *gains,
+                   uint32_t gap) {
+    uint32_t held = 0;
+    const num_t span = num_div(gains->gain[gap - 1u], gains->momentum_gain[gap - 1u], &held);
+    const num_t memory = num_div(NUM(1), gains->momentum_gain[0], &held); /* about 1/K */
+    const num_t sum = num_add(self->velocity[i], snapshot->velocity[i], &held);
+    const num_t moved = num_subtract(snapshot->position[i], self->position[i], &held);
+    const num_t unexpected = num_subtract(moved, num_mul(num_mul(span, NUM(0.5), &held), sum, &held), &held);
+    self->error_rad[i] =
+        num_narrow(num_wide(gains->decay[gap - 1u], self->error_rad[i]) + num_widen(unexpected), &held);
+    const num_t fastest = num_max(num_abs(self->velocity[i]), num_abs(snapshot->velocity[i]));
+    const num_t late = num_mul(num_mul(span, LATE_CYCLES, &held), fastest, &held);
+    const num_t bound = num_add(num_add(JUMP_RAD, num_mul(VELOCITY_RAD_S, memory, &held), &held), late, &held);
+    return num_abs(self->error_rad[i]) <= bound;
+}
+
+/* A reading that has not changed by one bit for a while, although the gravity torque has changed by more than a few
+ * quanta since. Nothing but a dead channel does that. */
+static bool is_frozen(plausibility_t *self, uint32_t i, const snapshot_t *snapshot, const motion_t *motion) {
+    uint32_t held = 0;
+    if (snapshot->torque[i] != self->torque[i]) {
+        self->same[i] = 0;
+        self->held_nm[i] = motion->gravity[i];
+        return false;
+    }
+    self->same[i] = (uint8_t)((self->same[i] < UINT8_MAX) ? (self->same[i] + 1u) : self->same[i]);
+    const num_t change = num_abs(num_subtract(motion->gravity[i], self->held_nm[i], &held));
+    return (self->same[i] >= FROZEN_SNAPSHOTS) && (change >= FROZEN_NM);
+}
+
+void plausibility_step(plausibility_t *self, const observer_config_t *gains, uint32_t joints, uint32_t gap,
+                       const snapshot_t *snapshot, const motion_t *motion) {
+    self->fault = 0;
+    if (!self->started || (gap < 1u) || (gap > CONFIG_MAX_GAP)) {
+        start(self, joints, snapshot, motion);
+        return;
+    }
+    for (uint32_t i = 0; i < joints; ++i) {
+        const bool plausible = agrees(self, i, snapshot, gains, gap);
+        const bool frozen = is_frozen(self, i, snapshot, motion);
+        if ((self->fault == 0u) && !(plausible && !frozen)) {
+            self->fault = plausible ? (uint32_t)GUARD_REASON_FROZEN : (uint32_t)GUARD_REASON_IMPLAUSIBLE;
+            self->joint = i;
+        }
+        remember(self, i, snapshot);
+    }
+}
