@@ -17,8 +17,8 @@ from tauperp.wire import COUNTER_MASK, Wire, WireMessage
 
 _LOOK_AHEAD_TICKS = 64  # two rounds of pages and joints, and some lost
 _LOOK_AHEAD_FRAMES = 20_000  # of a bus without a guard
-_PAGES, _WIRE_FORMATS = 7, {"classic": 500.0, "fd": 1000.0}
-_MAX_TICKS_BEFORE = 3360  # counters, pages and joints come round together: 32 ticks, 14 ticks, twice 1 to 8 joints
+_PAGES, _WIRE_FORMATS = 8, {"classic": 500.0, "fd": 1000.0}
+_MAX_TICKS_BEFORE = 3360  # counters, pages and joints come round together: 32 ticks, 16 ticks, twice 1 to 8 joints
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,7 +74,7 @@ def look_ahead(frames: Iterator[can.Message], wire: Wire, path: Path) -> tuple[l
         raise InputError(f"{path}: no StopCommand in its first {len(taken)} frames: there was no guard to compare with")
     first = stops[0].data
     joined = (
-        Field.of(stop, "TripNumber").read(first) != 0 or Field.of(stop, "Reason").read(first) != Reason.WAITING_SYNC
+        Field.of(stop, "TripNumber").read(first) != 0 or Field.of(stop, "Reason").read(first) != Reason.SELF_TEST
     )
 
     def value(page: int, name: str) -> int | None:

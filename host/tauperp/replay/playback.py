@@ -8,7 +8,7 @@ The torque sensors' offsets are taken on the host, where a joint's own electroni
 minus the model's gravity torque over the first second, in which the arm has to be at rest and untouched. It also takes
 away what the model has wrong in that pose.
 
-After a trip the robot's controller asks for a reset in every other cycle. The guard grants it when its inputs have
+After the start and after a trip the robot's controller asks for a reset in every other cycle. The guard grants it when its inputs have
 been good and the index below the thresholds for the configured time; labels have no part in it.
 """
 
@@ -109,14 +109,15 @@ def play(
     stage = None if watch is None else Puppet(configuration.robot)
     for row in range(rows):
         now_us = row * configuration.period_us
-        stopped_by = verdict.trip_number if verdict and verdict.state == State.STOPPED else None
-        for frame in bus.frames(row, stopped_by):
+        before = verdict
+        asked_for = verdict.trip_number if verdict and not verdict.permitted else None
+        for frame in bus.frames(row, asked_for):
             guard.receive(frame, now_us)
         verdict = guard.tick(now_us)
         residual[row], index[row], permitted[row] = verdict.residual, verdict.index, verdict.permitted
         if verdict.state == State.FAULT:
             raise InputError(f"{recording.place(row)}: the guard is in FAULT: {verdict.reason.name}")
-        if verdict.state == State.STOPPED and stopped_by is None:
+        if verdict.state == State.STOPPED and (before is None or before.trip_number != verdict.trip_number):
             at_s = float(recording.time_s[row])
             trips.append(Trip(row, at_s, verdict.reason, verdict.joint, verdict.value_nm, verdict.threshold_nm))
         if watch is not None and stage is not None:
@@ -143,13 +144,13 @@ class _Bus:
         self._recording = recording
         self._offset = offset
 
-    def frames(self, row: int, stopped_by: int | None) -> list[can.Message]:
-        """The frames of one cycle, in their order. stopped_by: the trip to be reset, or None.
+    def frames(self, row: int, asked_for: int | None) -> list[can.Message]:
+        """The frames of one cycle, in their order. asked_for: the trip to be reset, 0 for the start, or None.
 
         Raises InputError, with the line of the file, if the wire cannot carry a value.
         """
         # An edge of Request needs a 0 first; the next try comes two cycles later, until the guard grants it.
-        reset = {"Request": int(stopped_by is not None and row % 2 == 0), "TripNumber": stopped_by or 0}
+        reset = {"Request": int(asked_for is not None and row % 2 == 0), "TripNumber": asked_for or 0}
         recording = self._recording
         samples = np.stack([recording.q[row], recording.qd[row], recording.tau[row] - self._offset], axis=-1).tolist()
         try:
