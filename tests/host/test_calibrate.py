@@ -1,6 +1,7 @@
 """Calibration: what it finds on arms whose errors are known, what it refuses, and real recordings."""
 
 import csv
+import re
 import threading
 import time
 from pathlib import Path
@@ -257,3 +258,14 @@ def test_real_arms_in_free_motion_stay_below_thresholds_of_the_first_half(robot:
     assert by_task["none"].held_alarms == 0
     assert by_task["payload"].held_alarms == 0
     assert result.coverage["missing"]
+
+
+def test_a_payload_is_named_and_kept_out_of_the_offsets() -> None:
+    motion = wave(40)
+    dynamics = Dynamics(ROBOT)
+    weight = np.array([-dynamics.jacobian(q)[:3].T @ ROBOT.gravity for q in motion.q])
+    loaded = motion.corrected(motion.tau + 1.5 * weight)
+    result = calibrate([loaded], load_configuration("default", robot=ROBOT), alarms_per_hour=60, held_out=0.33)
+    masses = [float(found[1]) for note in result.notes if (found := re.search(r"payload of ([+-][\d.]+) kg", note))]
+    assert masses == [pytest.approx(1.5, abs=0.1)]
+    assert result.correction.offset_nm == pytest.approx(OFFSET, abs=0.15)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tauperp.busload import worst_case_load
 from tauperp.calibrate import tail
-from tauperp.calibrate.correction import PAYLOAD_KG, Correction, apparent_payload, fit_correction, offset_at_rest
+from tauperp.calibrate.correction import Correction, apparent_payload, fit_correction, offset_at_rest
 from tauperp.calibrate.coverage import coverage
 from tauperp.calibrate.joints import check_joints
 from tauperp.calibrate.sources import Motion
@@ -205,6 +205,14 @@ def _correct(
         residual = _listen(motion.corrected(motion.tau - start), configuration, task, numeric)[0]
         pairs.append((_behind_warm_up(motion), residual))
     _check_length(motions, held_out)
+    payload = apparent_payload(pairs, configuration.robot)
+    if payload.is_there:
+        notes.append(
+            f"r looks like a payload of {payload.mass_kg:+.2f} kg ({100 * payload.explained:.0f} % of its variance): "
+            "is something in the gripper, or is the hand missing from the model? Its weight was taken off before the "
+            "offsets were fitted; the thresholds of task none still hold it."
+        )
+        pairs = [(motion, residual - payload.torque(motion, configuration.robot)) for motion, residual in pairs]
     cut = [round((1 - held_out) * len(residual)) for _, residual in pairs]
     fitted = [(motion.part(0, at), residual[:at]) for (motion, residual), at in zip(pairs, cut, strict=True)]
     judged = [
@@ -213,12 +221,6 @@ def _correct(
     found = fit_correction(fitted, judged, gain)
     if rest is not None:
         found = dataclasses.replace(found, offset_nm=start)
-    mass, explained = apparent_payload(pairs, configuration.robot)
-    if abs(mass) > PAYLOAD_KG and explained > 0.5:
-        notes.append(
-            f"r looks like a payload of {mass:+.2f} kg ({100 * explained:.0f} % of its variance): is something in the "
-            "gripper, or is the hand missing from the model? Offsets from such a motion are wrong."
-        )
     for joint, gained in enumerate(found.viscous_gain):
         if gained > 0.05:
             notes.append(f"joint {joint + 1}: a viscous term would lower r by {100 * gained:.0f} % on held-out data")

@@ -25,7 +25,8 @@ UNTOUCHED_NM = 0.5  # largest change of the mean of r from one WINDOW_S to anoth
 WINDOW_S = 0.25
 EACH_WAY_S = 1.0  # of motion in each direction that friction needs
 LARGEST_NM = 60.0
-PAYLOAD_KG = 0.3  # an apparent payload from which it is mentioned
+PAYLOAD_KG = 0.4  # an apparent payload from which it is mentioned
+PAYLOAD_ROWS = 300  # of each motion that it is fitted to
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,14 +114,45 @@ def _stacked(
     return np.concatenate(columns), np.concatenate(target)
 
 
-def apparent_payload(pairs: Sequence[tuple[Motion, FloatArray]], robot: Robot) -> tuple[float, float]:
-    """Mass kg at the end-effector point that explains r best, and the share of r's variance that it explains."""
-    dynamics = Dynamics(robot)
-    lever, target = [], []
+@dataclass(frozen=True, eq=False)
+class ApparentPayload:
+    """What a rigid body at the end-effector would explain of r, fitted together with offset and friction."""
+
+    mass_kg: float
+    first_moment_kg_m: FloatArray  # (3,) in the last link's axes, about the end-effector point
+    explained: float  # share of the variance of r, offsets and friction taken off
+
+    @property
+    def is_there(self) -> bool:
+        """Large enough, and alone enough, to be a payload and not the model's errors."""
+        return abs(self.mass_kg) > PAYLOAD_KG and self.explained > 0.5
+
+    def torque(self, motion: Motion, robot: Robot) -> FloatArray:
+        """Its weight's torque in the motion's postures, (m, n) Nm."""
+        dynamics, parameters = Dynamics(robot), np.append(self.mass_kg, self.first_moment_kg_m)
+        return np.stack([_weights(dynamics, q, robot.gravity) @ parameters for q in motion.q])
+
+
+def apparent_payload(pairs: Sequence[tuple[Motion, FloatArray]], robot: Robot) -> ApparentPayload:
+    """By least squares over some hundred rows of the pairs of a motion and its r (m, n)."""
+    dynamics, n = Dynamics(robot), robot.n
+    columns, target = [], []
     for motion, residual in pairs:
-        for row in np.linspace(0, len(motion.q) - 1, 200).astype(int):
-            lever.append(-dynamics.jacobian(motion.q[row])[:3].T @ robot.gravity)
+        for row in np.linspace(0, len(motion.q) - 1, PAYLOAD_ROWS).astype(int):
+            direction = np.diag(np.clip(motion.qd[row] / FULL_FRICTION_RAD_S, -1.0, 1.0))
+            columns.append(np.hstack([np.eye(n), direction, _weights(dynamics, motion.q[row], robot.gravity)]))
             target.append(residual[row])
-    x, y = np.concatenate(lever), np.concatenate(target)
-    mass = float(x @ y / max(float(x @ x), 1e-12))
-    return mass, 1 - float(((y - mass * x) ** 2).sum()) / max(float((y**2).sum()), 1e-12)
+    x, y = np.concatenate(columns), np.concatenate(target)
+    found = np.linalg.lstsq(x, y, rcond=1e-6)[0]
+    without = y - x[:, : 2 * n] @ found[: 2 * n]
+    left = without - x[:, 2 * n :] @ found[2 * n :]
+    explained = 1 - float((left**2).sum()) / max(float((without**2).sum()), 1e-12)
+    return ApparentPayload(float(found[2 * n]), found[2 * n + 1 :], explained)
+
+
+def _weights(dynamics: Dynamics, posture: FloatArray, gravity: FloatArray) -> FloatArray:
+    """Torque (n, 4) that carries 1 kg, and 1 kg m along each axis of the last link, at the end-effector point."""
+    jacobian = dynamics.jacobian(posture)
+    rotation = dynamics.tip(posture)[1]
+    moments = [np.cross(rotation[:, axis], gravity) for axis in range(3)]
+    return -np.stack([jacobian[:3].T @ gravity, *(jacobian[3:].T @ moment for moment in moments)], axis=1)
