@@ -144,6 +144,9 @@ def draw_sensors(model: SensorModel, n: int, rng: np.random.Generator, sensors: 
     sensors["velocity_noise"] = model.velocity_noise_rad_s
     sensors["position_noise"] = model.position_noise_rad
     sensors["delay"] = model.delay_cycles
+    sensors["friction"][:n] = model.torque_friction_nm * rng.uniform(0.5, 1, n)
+    sensors["torque_quantum"] = model.torque_quantum_nm
+    sensors["velocity_quantum"] = model.velocity_quantum_rad_s
 
 
 def _draw_payload(plan: Plan, rng: np.random.Generator, run: Any) -> None:

@@ -23,10 +23,11 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from tauperp.config import TASKS, Configuration, TaskName, load_configuration, preset_names
 from tauperp.errors import InputError
 from tauperp.sim.contact import BODY_PARTS
-from tauperp.sim.sensors import SensorModel
+from tauperp.sim.sensors import SENSOR_PRESETS, SensorModel
 from tauperp.toml import Table, read_toml, validate
 
 MOST_RUNS = 10_000_000
+MOST_DELAY = 7  # cycles that the kernel's sensors remember
 
 
 def _pair(value: Any) -> Any:
@@ -146,7 +147,7 @@ class PlanFile(Table):
     free_moves: int = Field(default=0, ge=0, le=MOST_RUNS)
     tasks: list[TaskName] = Field(default=list(TASKS), min_length=1)
     model_error: float = Field(default=0.02, ge=0, lt=0.5)  # of each link's mass and inertia
-    sensors: dict[str, float | int] | str = {}
+    sensors: dict[str, float | int] | str = "harsh"  # a preset of tauperp.sim.sensors, or a table of its errors
     thresholds: Thresholds = Thresholds()
     motion: Motion = Motion()
     collision: Collision = Collision()
@@ -154,16 +155,6 @@ class PlanFile(Table):
     guide: Guide = Guide()
     baselines: Baselines = Baselines()
     recording: RecordingTable | None = None
-
-
-# What the joint sensors of real collaborative arms show, on the harsh side (docs/campaign.md).
-HARSH = SensorModel(
-    torque_noise_nm=0.08,
-    torque_offset_nm=0.15,
-    torque_gain_error=0.01,
-    torque_ripple_nm=0.15,
-    velocity_noise_rad_s=0.002,
-)
 
 
 class Plan:
@@ -225,11 +216,17 @@ def _beside(path: Path, name: str, known: Any) -> str:
 
 
 def _sensor_model(given: dict[str, float | int] | str, path: Path) -> SensorModel:
+    """A preset by its name, or a table of errors over ideal sensors."""
     if isinstance(given, str):
-        raise InputError(f"{path}: sensors: {given!r} is unknown")
-    if not given:
-        return HARSH
-    try:
-        return SensorModel(**given)  # type: ignore[arg-type]
-    except TypeError as error:
-        raise InputError(f"{path}: sensors: {str(error).partition(') ')[2] or error}") from error
+        if given not in SENSOR_PRESETS:
+            raise InputError(f"{path}: sensors: {given!r} is unknown (there are {', '.join(SENSOR_PRESETS)})")
+        return SENSOR_PRESETS[given]
+    for name, value in given.items():
+        if name not in SensorModel.__dataclass_fields__:
+            raise InputError(f"{path}: sensors.{name}: unknown key")
+        if not 0 <= value < 1000:
+            raise InputError(f"{path}: sensors.{name}: {value:g} is not in 0 to 1000")
+    model = SensorModel(**given)  # type: ignore[arg-type]
+    if model.delay_cycles > MOST_DELAY:
+        raise InputError(f"{path}: sensors.delay_cycles: at most {MOST_DELAY}, not {model.delay_cycles}")
+    return model
