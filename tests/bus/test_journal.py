@@ -16,7 +16,7 @@ from tauperp.wire import Wire
 
 
 def test_its_words_are_those_of_the_dbc(wire: Wire) -> None:
-    source = (bus_guard.ROOT / "firmware" / "boards" / "linux" / "names.c").read_text()
+    source = (bus_guard.ROOT / "firmware" / "hosts" / "linux" / "names.c").read_text()
     for table, message, signal_name in (
         ("STATES", "GuardStatus", "State"),
         ("REASONS", "StopCommand", "Reason"),

@@ -127,7 +127,7 @@ def test_what_is_not_allowed_is_said_and_it_runs_without(block: Path) -> None:
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="optional: no systemd here to read the unit")
 def test_systemd_takes_the_unit_and_the_process_its_options(tmp_path: Path) -> None:
-    text = (bus_guard.ROOT / "firmware" / "boards" / "linux" / "tauperp-guard.service").read_text()
+    text = (bus_guard.ROOT / "firmware" / "hosts" / "linux" / "tauperp-guard.service").read_text()
     unit = tmp_path / "tauperp-guard@.service"
     unit.write_text(text.replace("/usr/local/bin/tauperp-guard", str(bus_guard.RELEASE)))
     verify = ["systemd-analyze", "verify", str(tmp_path / "tauperp-guard@can7.service")]

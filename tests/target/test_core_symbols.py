@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from emulator import ROOT, make
 
-ROOMS = ("core", "wire", "guard", "robots")
+ROOMS = ("core", "wire", "guard", "schedule", "robots")
 TARGETS = ("m3", "m4f", "m7", "r5f")
 MEMORY = {"memset", "memcpy"}
 INTEGERS = {"__aeabi_uldivmod", "__aeabi_ldivmod"}

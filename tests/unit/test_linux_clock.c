@@ -1,5 +1,5 @@
-/* The time of a frame on the Linux board: firmware/boards/linux/clock.h. */
-#include "../../firmware/boards/linux/clock.c"
+/* The time of a frame on the Linux board: firmware/hosts/linux/clock.h. */
+#include "../../firmware/hosts/linux/clock.c"
 
 #include "unity.h"
 

@@ -1,6 +1,7 @@
-/* Guard time as bus time: firmware/boards/common/lockstep.h. */
-#include "../../firmware/boards/common/lockstep.c"
-
+/* Guard time as bus time: firmware/schedule/lockstep.h. */
+#include "lockstep.h"
+#include "messages.h"
+#include "protocol.h"
 #include "unity.h"
 
 #define PERIOD_US 1000u

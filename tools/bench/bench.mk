@@ -9,8 +9,8 @@ BENCH_SOURCES := tools/bench/states.c tools/bench/report.c firmware/boards/commo
 BENCH_FIRMWARE_stages = $(wildcard firmware/core/*.c)
 BENCH_FIRMWARE_guard = $(FIRMWARE_SOURCES) tools/bench/cycle.c
 BENCH_FIRMWARE_image = $(FIRMWARE_SOURCES)
-BENCH_SOURCES_cortex_m := $(wildcard firmware/boards/cortex_m/*.c) firmware/boards/common/semihosting.c
-BENCH_SOURCES_versal_r5 := $(HOME_SOURCES_versal_r5) $(addprefix firmware/boards/versal_r5/,pmu.c counter.c) firmware/boards/common/semihosting.c
+BENCH_SOURCES_cortex_m := $(addprefix $(SUPPORT)/,cortex_m_startup.c cortex_m_counter.c semihosting.c)
+BENCH_SOURCES_versal_r5 := $(HOME_SOURCES_versal_r5) firmware/boards/versal_r5/pmu.c $(addprefix $(SUPPORT)/,versal_r5_counter.c semihosting.c)
 BENCH_SOURCES_host := tools/bench/host.c
 
 # The host, compiled as the controllers are: no red zone, so that a frame is as large as gcc says, and nothing that one
@@ -24,7 +24,7 @@ BENCH_LINK_host := -no-pie -Wl,--gc-sections,-z,noexecstack,-s
 $(foreach target,$(TARGETS),\
     $(eval BENCH_CC_$(target) = $(CROSS)gcc $(CPU_$(target)))\
     $(eval BENCH_OBJCOPY_$(target) = $(CROSS)objcopy)\
-    $(eval BENCH_LINK_$(target) = $(LDFLAGS_TARGET) -T firmware/boards/$(HOME_$(target))/$(HOME_$(target)).ld)\
+    $(eval BENCH_LINK_$(target) = $(LDFLAGS_TARGET) -T $(call script_of,$(target)))\
     $(eval BENCH_LIBRARIES_$(target) := $(LIBRARIES)))
 
 define BENCH_HOST_RULES
@@ -39,7 +39,7 @@ $(foreach numeric,float fixed,$(eval $(call BENCH_HOST_RULES,$(numeric))))
 bench_object = $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)-$(BENCH_JOINTS)/,$(addsuffix .o,$(basename $(3))))
 bench_objects = $(call bench_object,$(1),$(2),$(BENCH_FIRMWARE_$(3)) $(BENCH_SOURCES) $(BENCH_SOURCES_$(HOME_$(1))) tools/bench/$(3).c)
 bench_block = $(BUILD)/block/$(1)/$(BENCH_ROBOT).bin
-bench_parts = firmware/boards/common/config.S $(call bench_block,$(2)) $(wildcard firmware/boards/$(HOME_$(1))/*.ld)
+bench_parts = firmware/boards/common/config.S $(call bench_block,$(2)) $(call script_of,$(1))
 bench_link = $(BENCH_CC_$(1)) $(BENCH_LINK_$(1)) -DCONFIG_BLOCK='"$(call bench_block,$(2))"' firmware/boards/common/config.S
 bench_image = $(BUILD)/bench/$(1)-$(2)$(OPT)-$(3).elf
 

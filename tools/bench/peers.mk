@@ -10,7 +10,7 @@ PEERS_host := casadi_svd casadi_qr pinocchio_qr
 $(foreach target,$(TARGETS),$(eval PEERS_$(target) := casadi_svd casadi_qr))
 
 PEER_DIR := $(BUILD)/bench/peer
-PEER_FLAGS := -fno-math-errno -ffunction-sections -fdata-sections -DNDEBUG -Itools/bench -I$(PEER_DIR) -Ifirmware/boards/common
+PEER_FLAGS := -fno-math-errno -ffunction-sections -fdata-sections -DNDEBUG -Itools/bench -I$(PEER_DIR) -I$(SUPPORT)
 # A peer may contract products and sums: -ffp-contract=off is our own wish, and Eigen is used without exceptions.
 PEER_CFLAGS = -std=c11 $(PEER_FLAGS) $(INCLUDES) -DROBOT_JOINTS=$(BENCH_JOINTS)u -Wall -Wno-unused-parameter -Wdouble-promotion -Werror -MMD -MP
 PEER_CXXFLAGS := -std=c++17 $(PEER_FLAGS) -isystem /usr/include/eigen3 -Wall -Wno-unused-parameter -Wdouble-promotion -Werror -MMD -MP

@@ -16,11 +16,15 @@ CPU_m4f := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
 CPU_m7 := -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-sp-d16
 CPU_r5f := -mcpu=cortex-r5 -mthumb -mfloat-abi=hard -mfpu=vfpv3-d16
 
-# Which directory of firmware/boards starts a target when it runs in QEMU, and the linker script there.
+# What starts a target when it runs in QEMU, and by which linker script.
 HOME_m3 := cortex_m
 HOME_m4f := cortex_m
 HOME_m7 := cortex_m
 HOME_r5f := versal_r5
+SUPPORT := tests/target/support
+SCRIPT_cortex_m := $(SUPPORT)/cortex_m.ld
+SCRIPT_versal_r5 := firmware/boards/versal_r5/versal_r5.ld
+script_of = $(SCRIPT_$(HOME_$(1)))
 
 # No errno: a square root is an instruction where there is one. Sections: what is not used is not linked.
 CFLAGS_TARGET = $(CFLAGS_ALL) -g -ffreestanding -fno-math-errno -ffunction-sections -fdata-sections -fno-common \
@@ -46,6 +50,11 @@ $(BUILD)/block/$(1)/%.bin: $(BLOCK_SOURCES)
 endef
 $(foreach numeric,float fixed,$(eval $(call BLOCK_RULES,$(numeric))))
 
+# Emulator start-up, semihosting and newlib stubs are for what tests and counts: no shipped image sees them.
+$(BUILD)/object/%/tests/target/support/versal_r5_counter.o $(BUILD)/object/%/tests/target/support/versal_r5_board.o: CFLAGS_ALL += -Ifirmware/boards/versal_r5
+$(BUILD)/object/%/tests/target/playback.o $(BUILD)/object/%/tests/target/worst.o: CFLAGS_ALL += -I$(SUPPORT)
+$(addprefix $(BUILD)/object/%/tools/bench/,cycle.o guard.o host.o image.o report.o stages.o states.o): CFLAGS_ALL += -I$(SUPPORT)
+
 # Objects of the firmware and of the images' own sources: build/object/TARGET-NUMERIC-OPT/path.o, and for a robot with so
 # many joints at most (ROBOT_JOINTS) in .../TARGET-NUMERIC-OPT-JOINTS. The longest arm the wire has room for has 8.
 # $(call OBJECT_RULES,TARGET,NUMERIC,SUFFIX,JOINTS)
@@ -68,7 +77,7 @@ NUMERIC ?= float
 BOARDS := versal_r5 stm32g4
 TARGET_versal_r5 := r5f
 TARGET_stm32g4 := m4f
-COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c lockstep.c log.c halt.c memory.c)
+COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c memory.c)
 LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
 FLAGS_BOARD := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP) $(if $(SILICON),-DTAUPERP_SILICON)
 # BLOCK=file: a block that was made already, instead of one of CONFIG and ROBOT.
@@ -77,7 +86,7 @@ IMAGE = $(BUILD)/firmware/$(BOARD)-$(if $(filter default paper,$(CONFIG)),$(ROBO
 JOINTS ?= 8
 IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(JOINTS)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)$(if $(SILICON),-silicon)
 IMAGE_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(COMMON_SOURCES) \
-    $(filter-out %/counter.c,$(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S))
+    $(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S)
 # A configuration of one's own names its robot, unless ROBOT is given as well.
 IMAGE_ROBOT = $(if $(filter default paper,$(CONFIG))$(filter command line environment,$(origin ROBOT)),--robot $(ROBOT))
 IMAGE_BLOCK = $(IMAGE:.elf=.block)
@@ -89,7 +98,7 @@ one_of = $(if $(filter 1,$(words $(2))),$(if $(filter $(1),$(2)),,$(error there 
 # A word of a configuration block, by its place in guard_config_t (tests/host/test_config_block.py holds them all).
 word_of = od -An -tu4 -j$(2) -N4 $(1) | tr -d ' '
 CRC_AT := 12
-JOINTS_AT := 308
+JOINTS_AT := 372
 
 # Whatever is wrong with the configuration is said before anything is compiled.
 .PHONY: firmware
@@ -128,18 +137,18 @@ $(IMAGE): $(IMAGE_LINKED) $(IMAGE_BLOCK) firmware/boards/common/config.S firmwar
 -include $(IMAGE_LINKED:.o=.d)
 
 # The unit tests as images for the emulated targets: build/unit/TARGET-NUMERIC/test_NAME
-HOME_SOURCES_cortex_m := firmware/boards/cortex_m/startup.c
-HOME_SOURCES_versal_r5 := $(addprefix firmware/boards/versal_r5/,startup.S mpu.c exceptions.c) firmware/boards/common/log.c tests/target/unit_board.c
+HOME_SOURCES_cortex_m := $(SUPPORT)/cortex_m_startup.c
+HOME_SOURCES_versal_r5 := $(addprefix firmware/boards/versal_r5/,startup.S mpu.c exceptions.c) firmware/boards/common/log.c $(SUPPORT)/versal_r5_board.c
 TARGET_TESTS = $(filter-out test_board_% test_fdcan test_linux_%,$(UNIT_TESTS:tests/unit/%.c=%))
 unit_objects = $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)/,$(addsuffix .o,$(basename $(FIRMWARE_SOURCES) \
-    firmware/boards/common/semihosting.c firmware/boards/common/newlib.c firmware/boards/common/memory.c $(HOME_SOURCES_$(HOME_$(1))))))
+    $(SUPPORT)/semihosting.c $(SUPPORT)/newlib.c firmware/boards/common/memory.c $(HOME_SOURCES_$(HOME_$(1))))))
 
 define TARGET_UNIT_RULES
 $(BUILD)/unit/$(1)-$(2)/%: tests/unit/%.c $(call unit_objects,$(1),$(2)) $(BUILD)/unity/unity.h
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
 	@$(CROSS)gcc $(CPU_$(1)) $$(filter-out -ffreestanding,$$(CFLAGS_TARGET)) $(FLAGS_$(2)) $(OPT) -DSPARSER=20 -DUNITY_SUPPORT_64 -MF $$@.d -Itests/unit \
-	    -isystem $(BUILD)/unity -w $(LDFLAGS_TARGET) -T firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld -o $$@ \
+	    -isystem $(BUILD)/unity -w $(LDFLAGS_TARGET) -T $(call script_of,$(1)) -o $$@ \
 	    $$< $(BUILD)/unity/unity.c $(call unit_objects,$(1),$(2)) $(LIBRARIES)
 
 .PHONY: unit-images-$(1)-$(2)
@@ -151,18 +160,18 @@ unit-images: $(foreach numeric,$(NUMERICS),$(TARGETS:%=unit-images-%-$(numeric))
 .PHONY: unit-images
 
 # Images that count and compare: build/target/playback-TARGET-NUMERIC.elf, build/target/worst-TARGET-NUMERIC.elf
-COUNTER_cortex_m := firmware/boards/cortex_m/counter.c
-COUNTER_versal_r5 := $(addprefix firmware/boards/versal_r5/,pmu.c counter.c)
+COUNTER_cortex_m := $(SUPPORT)/cortex_m_counter.c
+COUNTER_versal_r5 := firmware/boards/versal_r5/pmu.c $(SUPPORT)/versal_r5_counter.c
 # $(call counting_objects,TARGET,NUMERIC,PROGRAM)
 counting_objects = $(call unit_objects,$(1),$(2)) $(addprefix $(BUILD)/object/$(1)-$(2)$(OPT)/,$(addsuffix .o,$(basename \
     tests/target/$(3).c $(COUNTER_$(HOME_$(1))))))
 COUNTING := playback worst
 
 define COUNTING_RULES
-$(BUILD)/target/$(3)-$(1)-$(2).elf: $(call counting_objects,$(1),$(2),$(3)) firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld
+$(BUILD)/target/$(3)-$(1)-$(2).elf: $(call counting_objects,$(1),$(2),$(3)) $(call script_of,$(1))
 	@mkdir -p $$(@D)
 	@echo 'ld $$@'
-	@$(CROSS)gcc $(CPU_$(1)) $(LDFLAGS_TARGET) -T firmware/boards/$(HOME_$(1))/$(HOME_$(1)).ld -o $$@ \
+	@$(CROSS)gcc $(CPU_$(1)) $(LDFLAGS_TARGET) -T $(call script_of,$(1)) -o $$@ \
 	    $(call counting_objects,$(1),$(2),$(3)) $(LIBRARIES)
 
 -include $$(wildcard $(patsubst %.o,%.d,$(call counting_objects,$(1),$(2),$(3))))

@@ -1,7 +1,7 @@
 # The firmware as a shared library for the host, and the declarations that cffi reads.
-ROOMS := core wire guard robots
+ROOMS := core wire guard schedule robots
 FIRMWARE_SOURCES = $(wildcard $(ROOMS:%=firmware/%/*.c))
-LIBRARY_SOURCES = $(FIRMWARE_SOURCES) $(wildcard firmware/boards/library/*.c)
+LIBRARY_SOURCES = $(FIRMWARE_SOURCES) $(wildcard firmware/hosts/library/*.c)
 INCLUDES := $(ROOMS:%=-Ifirmware/%)
 
 # No contraction: every target computes the same bits.
@@ -9,7 +9,7 @@ CFLAGS_ALL := -std=c11 -ffp-contract=off -fno-math-errno $(INCLUDES) -MMD -MP
 STRICT := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror
 
 # Which sources a build is of: written when it changes, and seen by the files that tell it.
-BUILD_ID := $(shell cat $(sort $(wildcard firmware/core/*.[ch] firmware/wire/*.[ch] firmware/guard/*.[ch])) | sha256sum | cut -c 1-8)
+BUILD_ID := $(shell cat $(sort $(wildcard firmware/core/*.[ch] firmware/wire/*.[ch] firmware/guard/*.[ch] firmware/schedule/*.[ch])) | sha256sum | cut -c 1-8)
 $(shell mkdir -p $(BUILD); line='#define TAUPERP_BUILD_ID 0x$(BUILD_ID)u'; \
     [ "$$(cat $(BUILD)/build_id.h 2>/dev/null)" = "$$line" ] || echo "$$line" > $(BUILD)/build_id.h)
 $(BUILD)/object/%/guard_report.o $(BUILD)/object/%/identity.o: CFLAGS_ALL += -include $(BUILD)/build_id.h
@@ -32,7 +32,7 @@ LIBRARY_OBJECTS_$(1) = $$(LIBRARY_SOURCES:%.c=$(BUILD)/object/library-$(1)/%.o)
 $(BUILD)/object/library-$(1)/%.o: %.c tools/make/firmware.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1))'
-	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC -Ifirmware/boards/library $(STRICT) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC -Ifirmware/hosts/library $(STRICT) -c -o $$@ $$<
 
 # Linked beside its name and moved: whoever has the old library loaded keeps it.
 $(DIR_$(1))/libtauperp.so: $$(LIBRARY_OBJECTS_$(1))
@@ -41,11 +41,11 @@ $(DIR_$(1))/libtauperp.so: $$(LIBRARY_OBJECTS_$(1))
 	@mv $$@.new $$@
 
 # cffi parses declarations only: no preprocessor lines, and standard headers expand to nothing.
-$(DIR_$(1))/tauperp.cdef.h: firmware/boards/library/tauperp.h $(BUILD)/empty/stdint.h
-	@$$(CC) -E -P -nostdinc -std=c11 $(FLAGS_$(1)) -DTAUPERP_CDEF -I$(BUILD)/empty $(INCLUDES) -Ifirmware/boards/library -MMD -MF $$@.d -MT $$@ -o $$@.new $$<
+$(DIR_$(1))/tauperp.cdef.h: firmware/hosts/library/tauperp.h $(BUILD)/empty/stdint.h
+	@$$(CC) -E -P -nostdinc -std=c11 $(FLAGS_$(1)) -DTAUPERP_CDEF -I$(BUILD)/empty $(INCLUDES) -Ifirmware/hosts/library -MMD -MP -MF $$(@D)/tauperp.d -MT $$@ -o $$@.new $$<
 	@mv $$@.new $$@
 
--include $$(LIBRARY_OBJECTS_$(1):.o=.d) $(DIR_$(1))/tauperp.cdef.h.d
+-include $$(LIBRARY_OBJECTS_$(1):.o=.d) $(DIR_$(1))/tauperp.d
 endef
 $(foreach numeric,float fixed,$(eval $(call LIBRARY_RULES,$(numeric))))
 

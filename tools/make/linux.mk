@@ -1,6 +1,5 @@
 # The guard as a process on SocketCAN: build/tauperp-guard, in fixed point, and under the sanitizers for its tests.
-LINUX_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(wildcard firmware/boards/linux/*.c) \
-    firmware/boards/common/lockstep.c
+LINUX_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(wildcard firmware/hosts/linux/*.c)
 
 .PHONY: guard guard-fixed guard-sanitized
 
@@ -15,7 +14,7 @@ LINUX_OBJECTS_$(1) = $$(LINUX_SOURCES:%.c=$(BUILD)/object/linux-$(1)/%.o)
 $(BUILD)/object/linux-$(1)/%.o: %.c tools/make/firmware.mk tools/make/linux.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< (linux, $(1))'
-	@$$(CC) $$(CFLAGS_ALL) -Ifirmware/boards/common $(2) $(STRICT) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_ALL) $(2) $(STRICT) -c -o $$@ $$<
 
 $(3)/tauperp-guard: $$(LINUX_OBJECTS_$(1))
 	@mkdir -p $$(@D)
@@ -29,11 +28,11 @@ $(eval $(call LINUX_RULES,fixed,-O2 $(FLAGS_fixed),$(BUILD)/fixed))
 $(eval $(call LINUX_RULES,sanitized,$(SANITIZE),$(BUILD)/sanitized))
 
 # What its tests and measurements drive it with: tests/bus/peer.c on a bus, tests/bus/soak*.c without one.
-$(BUILD)/object/linux-float/tests/bus/%.o: CFLAGS_ALL += -Ifirmware/boards/linux
-PEER_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,tests/bus/peer.c firmware/boards/linux/clock.c \
-    firmware/boards/linux/histogram.c $(wildcard firmware/wire/*.c))
+$(BUILD)/object/linux-float/tests/bus/%.o: CFLAGS_ALL += -Ifirmware/hosts/linux
+PEER_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,tests/bus/peer.c firmware/hosts/linux/clock.c \
+    firmware/hosts/linux/histogram.c $(wildcard firmware/wire/*.c))
 SOAK_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,$(wildcard tests/bus/soak*.c) \
-    $(filter-out firmware/boards/%,$(LINUX_SOURCES)))
+    $(filter-out firmware/hosts/%,$(LINUX_SOURCES)))
 
 $(BUILD)/bus-peer: $(PEER_OBJECTS)
 $(BUILD)/bus-soak: $(SOAK_OBJECTS)

@@ -63,7 +63,7 @@ def _become_native(args: argparse.Namespace, configuration: Configuration) -> No
 
 
 class _Node:
-    """The library's guard by this machine's monotonic clock; the rules of firmware/boards/linux/loop.h."""
+    """The library's guard by this machine's monotonic clock; the rules of firmware/hosts/linux/loop.h."""
 
     def __init__(self, bus: can.BusABC, configuration: Configuration, as_json: bool) -> None:
         self._bus = bus
