@@ -98,7 +98,7 @@ one_of = $(if $(filter 1,$(words $(2))),$(if $(filter $(1),$(2)),,$(error there 
 # A word of a configuration block, by its place in guard_config_t (tests/host/test_config_block.py holds them all).
 word_of = od -An -tu4 -j$(2) -N4 $(1) | tr -d ' '
 CRC_AT := 12
-JOINTS_AT := 372
+JOINTS_AT := 1484
 
 # Whatever is wrong with the configuration is said before anything is compiled.
 .PHONY: firmware
