@@ -56,6 +56,12 @@ void frames_cycle(frames_t *self, uint32_t cycle, uint32_t task, const double *a
     }
 }
 
+void frames_skip(frames_t *self) {
+    self->count = 0;
+    ++self->task_counter;
+    ++self->sync_counter;
+}
+
 void frames_reset(frames_t *self, uint32_t request, uint32_t trip_number) {
     const kernel_message_t *const message = &self->setup->reset;
     const uint64_t bits = packed(&message->signal[0], (double)request, &self->in_range) |

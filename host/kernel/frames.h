@@ -26,6 +26,9 @@ void frames_init(frames_t *self, const kernel_setup_t *setup);
 /* Sync, TaskCommand with the tip's acceleration (3) m/s^2, and one JointState a joint. */
 void frames_cycle(frames_t *self, uint32_t cycle, uint32_t task, const double *acceleration, const reading_t *reading);
 
+/* A cycle whose frames get lost: their counters advance. */
+void frames_skip(frames_t *self);
+
 /* GuardReset, behind the frames of the cycle. */
 void frames_reset(frames_t *self, uint32_t request, uint32_t trip_number);
 

@@ -48,8 +48,8 @@ static bool session_init(session_t *self, const kernel_setup_t *setup) {
 static bool session_cycle(session_t *self, uint32_t cycle, uint32_t task, const double *acceleration,
                           const reading_t *reading) {
     bool good = true;
-    self->frames.count = 0;
     for (uint32_t missed = self->cycle + 1u; (self->cycle != 0u) && (missed < cycle) && good; ++missed) {
+        frames_skip(&self->frames);
         good = tracks_tick(&self->tracks, self->setup, &self->frames, (uint64_t)missed * self->setup->period_us);
     }
     self->cycle = cycle;

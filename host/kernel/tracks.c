@@ -17,6 +17,7 @@ bool tracks_init(tracks_t *self, const kernel_setup_t *setup) {
         if (guard_init(&self->guard[i], (const guard_config_t *)setup->config[i]) != GUARD_OK) {
             return false;
         }
+        guard_note_start(&self->guard[i], GUARD_START_COMMANDED, 0, GUARD_VARIANT_LOCKSTEP);
     }
     return true;
 }

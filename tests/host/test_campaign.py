@@ -231,7 +231,7 @@ def test_the_residual_of_a_slow_push_is_the_force_times_its_lever() -> None:
 
 
 def test_an_arm_without_errors_shows_no_residual_in_motion(tmp_path: Path) -> None:
-    plan = read_plan(write_plan(tmp_path, SMALL + "model_error = 0.0\n[sensors]\ntorque_noise_nm = 0.0\n"))
+    plan = read_plan(write_plan(tmp_path, SMALL + "model_error = 0.0\n[sensors]\ntorque_noise_nm = 0.01\n"))
     runs = draw.draw(plan, "none", draw.FREE, 0, 10)
     bench = Bench([plan.configuration], [Detector("r", "residual", np.ones(7))])
     results = bench.simulate(runs)

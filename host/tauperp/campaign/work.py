@@ -93,7 +93,8 @@ def comparison(plan: Plan, task: TaskName, thresholds: Thresholds) -> Comparison
         detectors.append(Detector(f"paper, K = {gain:g}", "index", published.threshold_nm(task), 1))
         detectors.append(Detector(f"paper's index, K = {gain:g}, calibrated", "index", unknown, 1))
     for other in file.baselines.gains_per_s:
-        configurations.append(published.changed(observer={"gain_per_s": other}))
+        healthy_ms = max(published.settings.reset.healthy_ms, 5000 / other + 1000 * period_s)
+        configurations.append(published.changed(observer={"gain_per_s": other}, reset={"healthy_ms": healthy_ms}))
         name = f"paper's index, K = {other:g}, calibrated"
         detectors.append(Detector(name, "index", unknown, len(configurations) - 1))
     if file.baselines.residual:

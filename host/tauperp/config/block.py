@@ -63,10 +63,7 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
         ]
     )
     channel = np.dtype(
-        [
-            (field, num, MAX_GAP)
-            for field in ("own", "cross", "back", "stay", "in", "in_back", "high_pass")
-        ]
+        [(field, num, MAX_GAP) for field in ("own", "cross", "back", "stay", "in", "in_back", "high_pass")]
     )
     bank = np.dtype([("channels", word), ("channel", channel, MAX_CHANNELS)])
     subspace = np.dtype([("order", word), ("tolerance", num), ("lever_m", num), ("softness", num)])
@@ -190,7 +187,9 @@ def _fill(target: Any, values: Mapping[str, Any], place: str) -> None:
         else:
             numbers = _rounded(np.asarray(value, float), field.base, where)
             if field.shape:
-                numbers = np.pad(numbers, [(0, room - has) for room, has in zip(field.shape, numbers.shape, strict=True)])
+                numbers = np.pad(
+                    numbers, [(0, room - has) for room, has in zip(field.shape, numbers.shape, strict=True)]
+                )
             target[name] = numbers
 
 

@@ -111,7 +111,9 @@ class Configuration:
             self._refuse(place, f"{len(rows)} rows for the {self.channels} channels of the bank")
         for row in rows:
             if not isinstance(row, list) or len(row) not in (1, n):
-                self._refuse(place, f"{len(row) if isinstance(row, list) else 1} values for the {n} joints of {self.robot.name}")
+                self._refuse(
+                    place, f"{len(row) if isinstance(row, list) else 1} values for the {n} joints of {self.robot.name}"
+                )
         for row in self.thresholds_nm(name):
             for joint, threshold in zip(self.robot.joints, row, strict=True):
                 if not 0 < threshold <= joint.torque_max / THRESHOLD_SHARE:

@@ -73,9 +73,7 @@ def look_ahead(frames: Iterator[can.Message], wire: Wire, path: Path) -> tuple[l
     if not stops:
         raise InputError(f"{path}: no StopCommand in its first {len(taken)} frames: there was no guard to compare with")
     first = stops[0].data
-    joined = (
-        Field.of(stop, "TripNumber").read(first) != 0 or Field.of(stop, "Reason").read(first) != Reason.SELF_TEST
-    )
+    joined = Field.of(stop, "TripNumber").read(first) != 0 or Field.of(stop, "Reason").read(first) != Reason.SELF_TEST
 
     def value(page: int, name: str) -> int | None:
         return Field.of(status, name).read(pages[page].data) if page in pages else None
