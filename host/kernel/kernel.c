@@ -263,9 +263,13 @@ uint32_t kernel_listen(const kernel_setup_t *setup, const kernel_recording_t *re
             break;
         }
         const guard_output_t *const out = &session->tracks.out[0];
+        const bank_t *const bank = &session->tracks.guard[0].bank;
         for (uint32_t joint = 0; joint < setup->joints; ++joint) {
             residual[(size_t)row * setup->joints + joint] = value_of(out->residual[joint]);
-            index[(size_t)row * setup->joints + joint] = value_of(out->index[joint]);
+            for (uint32_t c = 0; c < setup->channels; ++c) {
+                const size_t at = ((size_t)row * setup->channels + c) * setup->joints + joint;
+                index[at] = value_of(bank->channel[c].output[joint]);
+            }
         }
         verdict[row] = (uint8_t)((out->permitted ? 1u : 0u) | (out->fresh ? 2u : 0u));
     }

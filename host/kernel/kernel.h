@@ -14,16 +14,18 @@
 
 #include <stdint.h>
 
-#define KERNEL_ABI       1u
+#define KERNEL_ABI       2u
 #define KERNEL_JOINTS    8
 #define KERNEL_GUARDS    8  /* guards that hear the same frames; the first one has command of the arm */
 #define KERNEL_DETECTORS 16 /* signals that are compared with thresholds in the same run */
 #define KERNEL_SECTIONS  4  /* second-order sections of a detector's filter */
 #define KERNEL_WAVES     3
+#define KERNEL_CHANNELS  4 /* of the first guard's bank */
 
 typedef enum { KERNEL_NO_PUSH = 0, KERNEL_PULSE = 1, KERNEL_CONTACT = 2 } kernel_push_t;
 typedef enum { KERNEL_REST = 0, KERNEL_MOVE = 1, KERNEL_WAVE = 2 } kernel_motion_t;
-typedef enum { KERNEL_RESIDUAL = 0, KERNEL_INDEX = 1 } kernel_source_t;
+/* OWN: the guard's index against its own thresholds, in the channel that is nearest to them. */
+typedef enum { KERNEL_RESIDUAL = 0, KERNEL_INDEX = 1, KERNEL_OWN = 2 } kernel_source_t;
 
 /* What came of a run. Everything but DONE is a run that says nothing about detection. */
 typedef enum {
@@ -84,6 +86,8 @@ typedef struct {
     uint32_t guards;
     uint32_t detectors;
     uint32_t fd;
+    uint32_t channels; /* of the first guard's bank */
+    uint32_t reserved;
     int32_t body[KERNEL_JOINTS]; /* MuJoCo's number of each link */
     int32_t payload;             /* body */
     int32_t tip;                 /* site */
@@ -147,11 +151,12 @@ typedef struct {
     double free_s;        /* watched with permission before the onset or the stop */
     double simulated_s;
     double stop_value_nm, stop_threshold_nm;
-    double before[KERNEL_DETECTORS];                  /* largest ratio to the threshold before the onset */
-    double during[KERNEL_DETECTORS];                  /* and from the onset on */
-    double delay_s[KERNEL_DETECTORS];                 /* from the onset to the first excess; NaN */
-    double early_s[KERNEL_DETECTORS];                 /* time of the first excess before the onset; NaN */
-    double free_max[KERNEL_DETECTORS][KERNEL_JOINTS]; /* largest |signal| of each joint before the onset, Nm */
+    double before[KERNEL_DETECTORS];                    /* largest ratio to the threshold before the onset */
+    double during[KERNEL_DETECTORS];                    /* and from the onset on */
+    double delay_s[KERNEL_DETECTORS];                   /* from the onset to the first excess; NaN */
+    double early_s[KERNEL_DETECTORS];                   /* time of the first excess before the onset; NaN */
+    double free_max[KERNEL_DETECTORS][KERNEL_JOINTS];   /* largest |signal| of each joint before the onset, Nm */
+    double channel_max[KERNEL_CHANNELS][KERNEL_JOINTS]; /* the same of the first guard's channels */
     uint64_t number;
     uint32_t status; /* kernel_status_t */
     uint32_t reason; /* of the stop, as on the wire */
@@ -187,10 +192,10 @@ void kernel_describe(uint32_t abi_sizes_versions[8]);
 uint32_t kernel_simulate(const kernel_setup_t *setup, const kernel_run_t *runs, uint32_t count,
                          kernel_result_t *results, const volatile uint32_t *stop);
 
-/* Sends a recording through the first guard, asking for a reset whenever it does not permit motion, and writes its r
- * and the index in force, (rows, joints) each in Nm, and the verdict of each row: bit 0 permitted, bit 1 a new snapshot
- * was evaluated. Returns the rows that were sent: fewer if the guard went to FAULT or a reading left the wire's range.
- */
+/* Sends a recording through the first guard, asking for a reset whenever it does not permit motion. Writes its r (rows,
+ * joints), the index in each channel of its bank (rows, channels, joints), both Nm, and the verdict of each row: bit 0
+ * permitted, bit 1 a new snapshot was evaluated. Returns the rows that were sent: fewer if the guard went to FAULT or a
+ * reading left the wire's range. */
 uint32_t kernel_listen(const kernel_setup_t *setup, const kernel_recording_t *recording, double *residual,
                        double *index, uint8_t *verdict, const volatile uint32_t *stop);
 

@@ -60,13 +60,26 @@ static void settle(const kernel_detector_t *detector, detector_track_t *track, u
     track->above = 0;
 }
 
+/* Largest |index| of each channel and joint of the first guard. */
+static void note_channels(const tracks_t *self, const kernel_setup_t *setup, kernel_result_t *result) {
+    for (uint32_t c = 0; c < setup->channels; ++c) {
+        for (uint32_t joint = 0; joint < setup->joints; ++joint) {
+            const double value = fabs(number(self->guard[0].bank.channel[c].output[joint]));
+            result->channel_max[c][joint] = fmax(result->channel_max[c][joint], value);
+        }
+    }
+}
+
 void tracks_detect(tracks_t *self, const kernel_setup_t *setup, bool watched, double time_s, double since_onset_s,
                    kernel_result_t *result) {
+    if (watched && (since_onset_s < 0.0)) {
+        note_channels(self, setup, result);
+    }
     for (uint32_t k = 0; k < setup->detectors; ++k) {
         const kernel_detector_t *const detector = &setup->detector[k];
         detector_track_t *const track = &self->detector[k];
         const guard_output_t *const out = &self->out[detector->guard];
-        const num_t *const source = (detector->source == KERNEL_INDEX) ? out->index : out->residual;
+        const num_t *const source = (detector->source == KERNEL_RESIDUAL) ? out->residual : out->index;
         double ratio = 0.0;
         for (uint32_t joint = 0; !watched && (joint < setup->joints); ++joint) {
             settle(detector, track, joint, number(source[joint]));
@@ -76,7 +89,9 @@ void tracks_detect(tracks_t *self, const kernel_setup_t *setup, bool watched, do
         }
         for (uint32_t joint = 0; joint < setup->joints; ++joint) {
             const double value = fabs(filtered(detector, track, joint, number(source[joint])));
-            ratio = fmax(ratio, value / detector->threshold[joint]);
+            const double own = number(out->threshold[joint]);
+            const double threshold = (detector->source == KERNEL_OWN) ? own : detector->threshold[joint];
+            ratio = (threshold > 0.0) ? fmax(ratio, value / threshold) : ratio;
             if (since_onset_s < 0.0) {
                 result->free_max[k][joint] = fmax(result->free_max[k][joint], value);
             }

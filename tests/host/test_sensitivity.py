@@ -71,7 +71,7 @@ def test_a_campaign_of_pushes_finds_what_the_sensitivity_says(task: TaskName, tm
     assert (results["status"] == layout.DONE).all()
     found = np.isfinite(results["stop_s"])
     prober, levers = Prober(plan.configuration), Levers(plan.configuration.robot)
-    threshold, debounce = plan.configuration.threshold_nm(task), plan.configuration.settings.task[task].debounce_ticks
+    threshold, debounce = plan.configuration.thresholds_nm(task), plan.configuration.settings.task[task].debounce_ticks
     needed = np.empty(RUNS)
     for k, run in enumerate(runs):
         posture = run["start"][:7]

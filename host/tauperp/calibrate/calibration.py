@@ -16,6 +16,7 @@ from tauperp.calibrate.joints import check_joints
 from tauperp.calibrate.sources import Motion
 from tauperp.campaign.kernel import Bench, cycles_of
 from tauperp.config import LOAD_LIMIT, TASKS, Configuration, Numeric, TaskName
+from tauperp.config.configuration import SETTLING, THRESHOLD_SHARE
 from tauperp.errors import InputError
 from tauperp.intervals import poisson
 
@@ -24,7 +25,7 @@ FloatArray = npt.NDArray[np.float64]
 WARM_UP_S = 1.0  # of each motion, in which the observer finds the sensors' offsets
 BLOCK_S = 0.5  # longer than the memory of any filter here
 FEWEST_BLOCKS = 16  # in the part that is fitted
-MOST_OF_LIMIT = 0.95  # of a joint's torque limit
+MOST_OF_LIMIT = 0.99  # of what a configuration may have
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -33,23 +34,23 @@ class TaskCalibration:
 
     task: TaskName
     index: str
-    threshold_nm: FloatArray  # (n,)
-    fitted_maxima: FloatArray  # (blocks, n)
-    held_maxima: FloatArray  # (blocks, n)
+    threshold_nm: FloatArray  # (channels, n)
+    fitted_maxima: FloatArray  # (blocks, channels, n)
+    held_maxima: FloatArray  # (blocks, channels, n)
     expected_per_hour: float
     expected_interval: tuple[float, float]
     held_alarms: int  # blocks of the held-out part with an excess
     held_hours: float
     held_interval: tuple[float, float]
     others: dict[str, float]  # by recording: share of its blocks above thresholds from all the others
-    speed_share: FloatArray  # (n,) of the block maxima's variance that the block's speed explains
+    speed_share: FloatArray  # (n,) in the first channel, of the block maxima's variance that the block's speed explains
 
     def report(self) -> dict[str, Any]:
         """For JSON."""
         return {
             "task": self.task,
             "index": self.index,
-            "threshold_nm": [round(float(value), 3) for value in self.threshold_nm],
+            "threshold_nm": self.threshold_nm.round(3).tolist(),
             "expected_alarms_per_hour": _number(self.expected_per_hour),
             "expected_interval": [_number(value) for value in self.expected_interval],
             "held_out_alarms": self.held_alarms,
@@ -123,7 +124,7 @@ def calibrate(
     values: dict[str, Any] = {
         one.task: {
             **at_rate.settings.task[one.task].model_dump(),
-            "threshold_nm": [round(float(value), 3) for value in one.threshold_nm],
+            "threshold_nm": _for_file(one.threshold_nm),
         }
         for one in tasks
     }
@@ -158,18 +159,21 @@ def at_rate_of(motions: Sequence[Motion], configuration: Configuration) -> Confi
     form = configuration.settings.wire.format
     if worst_case_load(configuration.wire, joints=configuration.robot.n, rate_hz=rate_hz, fd=False) > LOAD_LIMIT:
         form = "fd"
+    settings = configuration.settings
+    settling_ms = 1000 * SETTLING / settings.observer.gain_per_s + first.period_us / 1000  # rounded up to cycles
     sample = "interval" if first.is_mean_torque else "instant"
     return configuration.changed(
         wire={"rate_hz": rate_hz, "format": form},
         observer={"torque_sample": sample},
         sensor={"offset_nm": [0.0], "friction_nm": [0.0]},
+        reset={"healthy_ms": max(settings.reset.healthy_ms, settling_ms)},
     )
 
 
 def _listen(
     motion: Motion, configuration: Configuration, task: TaskName, numeric: Numeric
 ) -> tuple[FloatArray, FloatArray]:
-    """r and the index of each row behind the warm-up, (m, n) each."""
+    """Of each row behind the warm-up: r (m, n), and the index (m, channels n)."""
     bench = Bench([configuration], [], numeric=numeric)
     heard = bench.listen(
         (motion.q, motion.qd, motion.tau), cycles_of(motion.time_s, configuration.period_us), TASKS[task]
@@ -177,7 +181,7 @@ def _listen(
     if heard.rows < len(motion.time_s):
         raise InputError(f"{motion.name}: row {heard.rows + 1}: a reading beyond what the wire carries")
     first = int(np.searchsorted(motion.time_s, WARM_UP_S))
-    return heard.residual[first:], heard.index[first:]
+    return heard.residual[first:], heard.index[first:].reshape(len(heard.index) - first, -1)
 
 
 def _behind_warm_up(motion: Motion) -> Motion:
@@ -251,8 +255,9 @@ def _calibrate_task(
     judged = [tail.block_maxima(signal[at:], block_rows) for signal, at in zip(signals, cut, strict=True)]
     every = [tail.block_maxima(signal, block_rows) for signal in signals]
     maxima, held = np.concatenate(fitted), np.concatenate(judged)
-    limits = np.array([MOST_OF_LIMIT * joint.torque_max for joint in configuration.robot.joints])
-    threshold = np.minimum(tail.thresholds(maxima, BLOCK_S, alarms_per_hour), limits)
+    channels, n = configuration.channels, configuration.robot.n
+    most = [MOST_OF_LIMIT * joint.torque_max / THRESHOLD_SHARE for joint in configuration.robot.joints]
+    threshold = np.minimum(tail.thresholds(maxima, BLOCK_S, alarms_per_hour), np.tile(most, channels))
     alarms = int((held > threshold).any(axis=1).sum())
     hours = len(held) * BLOCK_S / 3600
     others = {}
@@ -267,16 +272,16 @@ def _calibrate_task(
     return TaskCalibration(
         task,
         configuration.settings.task[task].index,
-        threshold,
-        maxima,
-        held,
+        threshold.reshape(channels, n),
+        maxima.reshape(-1, channels, n),
+        held.reshape(-1, channels, n),
         tail.expected_rate(maxima, threshold, BLOCK_S),
         tail.rate_interval(maxima, threshold, BLOCK_S),
         alarms,
         hours,
         poisson(alarms, hours),
         others,
-        _explained(np.concatenate(speeds), maxima),
+        _explained(np.concatenate(speeds), maxima[:, :n]),
     )
 
 
@@ -287,6 +292,12 @@ def _explained(speed: FloatArray, maxima: FloatArray) -> FloatArray:
     for x, y in zip(speed[:rows].T, maxima[:rows].T, strict=True):
         shares.append(0.0 if np.std(x) < 1e-6 or np.std(y) < 1e-9 else float(np.corrcoef(x, y)[0, 1]) ** 2)
     return np.array(shares)
+
+
+def _for_file(thresholds: FloatArray) -> list[Any]:
+    """As a configuration has them: by joint, or by channel and joint."""
+    rows: list[Any] = thresholds.round(3).tolist()
+    return rows[0] if len(rows) == 1 else rows
 
 
 def _number(value: float) -> float | None:

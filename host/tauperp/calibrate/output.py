@@ -11,6 +11,9 @@ from tauperp.view import page
 
 
 def _list(values: Any) -> str:
+    """A list, or a list of lists, as TOML."""
+    if len(values) and isinstance(values[0], list):
+        return "[" + ", ".join(_list(row) for row in values) + "]"
     return "[" + ", ".join(f"{float(value):g}" for value in values) + "]"
 
 
@@ -35,6 +38,10 @@ def toml(calibration: Calibration, robot: str, preset: str) -> str:
         f"gain_per_s = {settings.observer.gain_per_s:g}",
         f'torque_sample = "{settings.observer.torque_sample}"',
         "",
+        "[reset]",
+        f"healthy_ms = {settings.reset.healthy_ms:.6g}",
+        "",
+        *_bank(settings.bank),
         "[sensor]",
         f"offset_nm = {_list(settings.sensor.offset_nm)}",
         f"friction_nm = {_list(settings.sensor.friction_nm)}",
@@ -49,6 +56,14 @@ def toml(calibration: Calibration, robot: str, preset: str) -> str:
             f"debounce_ticks = {task.debounce_ticks}",
         ]
     return "\n".join(lines) + "\n"
+
+
+def _bank(bank: Any) -> list[str]:
+    """The filters that the thresholds belong to."""
+    lines = []
+    for one in bank.channel:
+        lines += ["[[bank.channel]]", *(f"{key} = {value:g}" for key, value in one.model_dump().items()), ""]
+    return lines
 
 
 def report(calibration: Calibration) -> dict[str, Any]:
@@ -84,7 +99,7 @@ def lines(calibration: Calibration) -> list[str]:
         low, high = one.expected_interval
         expected = f"{one.expected_per_hour:.2g} ({low:.2g}-{high:.2g})"
         held = f"{one.held_alarms} in {3600 * one.held_hours:.0f} s: up to {one.held_interval[1]:.0f} per hour"
-        values = " ".join(f"{value:.2f}" for value in one.threshold_nm)
+        values = " | ".join(" ".join(f"{value:.2f}" for value in row) for row in one.threshold_nm)
         text.append(f"{one.task:<9}{one.index:<7}{expected:<26}{held:<34}{values}")
         for name, share in one.others.items():
             text.append(f"         {name}: {100 * share:.0f} % of it above thresholds from the other recordings")
@@ -121,8 +136,9 @@ def html(calibration: Calibration, png: bytes) -> str:
         page.table(
             ("task", *(joint.name for joint in joints)),
             [
-                [f"{one.task} ({one.index})", *(f"{value:.2f}" for value in one.threshold_nm)]
+                [f"{one.task} ({one.index}), channel {number + 1}", *(f"{value:.2f}" for value in row)]
                 for one in calibration.tasks
+                for number, row in enumerate(one.threshold_nm)
             ]
             + [
                 ["sensor offset", *(f"{value:+.2f}" for value in calibration.correction.offset_nm)],

@@ -20,10 +20,15 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Detector:
-    """`threshold_nm` (n,): NaN where a calibration has to find it first. `guard` counts the configurations from 0."""
+    """A signal and its thresholds.
+
+    source        the guard's r, its index, or "own": its index against its own thresholds, whichever channel is nearest
+    threshold_nm  (n,), NaN where a calibration has to find it first; of "own" those of all channels, for the report
+    guard         counts the configurations from 0
+    """
 
     name: str
-    source: Literal["residual", "index"]
+    source: Literal["residual", "index", "own"]
     threshold_nm: FloatArray
     guard: int = 0
     sections: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 6)))  # (s, 6), scipy's "sos"
@@ -33,10 +38,11 @@ class Detector:
         """Write this into a layout.DETECTOR."""
         if len(self.sections) > layout.SECTIONS:
             raise InputError(f"{self.name}: {len(self.sections)} sections of a filter, {layout.SECTIONS} at most")
-        target["threshold"][:joints] = np.where(np.isfinite(self.threshold_nm), self.threshold_nm, 1.0)
+        if self.source != "own":
+            target["threshold"][:joints] = np.where(np.isfinite(self.threshold_nm), self.threshold_nm, 1.0)
         target["section"][: len(self.sections)] = self.sections
         target["sections"], target["guard"] = len(self.sections), self.guard
-        target["source"] = layout.INDEX if self.source == "index" else layout.RESIDUAL
+        target["source"] = {"residual": layout.RESIDUAL, "index": layout.INDEX, "own": layout.OWN}[self.source]
         target["debounce"] = self.debounce_ticks
 
     @property

@@ -17,6 +17,7 @@ from tauperp.campaign import layout
 from tauperp.campaign.draw import surface_point, unit
 from tauperp.campaign.kernel import Bench, Rows, cycles_of
 from tauperp.campaign.plan import Plan
+from tauperp.campaign.store import BY_JOINT
 from tauperp.campaign.work import SMALLEST_THRESHOLD_NM, Comparison, comparison
 from tauperp.config import TASKS, Configuration, TaskName
 from tauperp.errors import InputError
@@ -83,13 +84,11 @@ def _one_task(
     second = [motion.part(at, len(motion.time_s)) for motion, at in zip(motions, cut, strict=True)]
     unknown = comparison(own, task, {})
     nothing = [_still(motion) for motion in first]
-    maxima = np.stack(
-        [
-            _simulate(plan, unknown, motion, task, rows)[-1]["free_max"]
-            for motion, rows in zip(first, nothing, strict=True)
-        ]
-    ).max(axis=0)[:, : configuration.robot.n]
-    factor = threshold / np.maximum(maxima[0], SMALLEST_THRESHOLD_NM)
+    quiet = [_simulate(plan, unknown, motion, task, rows)[-1] for motion, rows in zip(first, nothing, strict=True)]
+    n, channels = configuration.robot.n, configuration.channels
+    maxima = np.stack([one["free_max"] for one in quiet]).max(axis=0)[:, :n]
+    own_maxima = np.stack([one["channel_max"] for one in quiet]).max(axis=0)[:channels, :n]
+    factor = threshold / np.maximum(own_maxima, SMALLEST_THRESHOLD_NM)
     margin = float(np.median(factor))  # the same distance from its own signal for every detector
     names = [detector.name for detector in unknown.detectors]
     limits = {
@@ -148,7 +147,7 @@ def as_hits(injected: Injected, row: np.dtype[Any]) -> Rows:
     """The pushes as the summary takes them: what was planned beside what came of it."""
     hits = np.zeros(len(injected.pushed), row)
     for name in hits.dtype.names or ():
-        if name == "free_max":
+        if name in BY_JOINT:
             hits[name] = injected.pushed[name][:, :, : hits[name].shape[2]]
         elif name in (injected.pushed.dtype.names or ()):
             hits[name] = injected.pushed[name]

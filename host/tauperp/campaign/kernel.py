@@ -92,7 +92,7 @@ class Heard:
     """What a guard said of each row of a recording; Nm. Rows from `rows` on were not sent."""
 
     residual: npt.NDArray[np.float64]  # (m, n) r
-    index: npt.NDArray[np.float64]  # (m, n) the index in force
+    index: npt.NDArray[np.float64]  # (m, channels, n)
     permitted: npt.NDArray[np.bool_]  # (m,)
     evaluated: npt.NDArray[np.bool_]  # (m,) a new snapshot went through every stage
     rows: int
@@ -140,6 +140,7 @@ class Bench:
         setup["config_size"] = len(self._blocks[0])
         setup["guards"], setup["detectors"] = len(configurations), len(detectors)
         setup["period_us"], setup["substeps"], setup["joints"] = period_us, substeps, n
+        setup["channels"] = first.channels
         setup["fd"] = first.settings.wire.format == "fd"
         setup["bandwidth_rad_s"], setup["deceleration_rad_s2"] = BANDWIDTH_RAD_S, DECELERATION_RAD_S2
         self._name_parts(robot)
@@ -212,7 +213,7 @@ class Bench:
         """What the first guard makes of a recording, row by row."""
         recording, _kept = _recording(readings, cycles, task)
         rows, n = len(cycles), self.robot.n
-        residual, index = np.zeros((rows, n)), np.zeros((rows, n))
+        residual, index = np.zeros((rows, n)), np.zeros((rows, self.configuration.channels, n))
         verdict = np.zeros(rows, np.uint8)
         done = self._kernel.kernel_listen(
             self.setup.ctypes.data_as(ctypes.c_void_p),

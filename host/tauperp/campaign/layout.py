@@ -2,12 +2,12 @@
 
 import numpy as np
 
-ABI = 1
-JOINTS, GUARDS, DETECTORS, SECTIONS, WAVES = 8, 8, 16, 4, 3
+ABI = 2
+JOINTS, GUARDS, DETECTORS, SECTIONS, WAVES, CHANNELS = 8, 8, 16, 4, 3, 4
 
 NO_PUSH, PULSE, CONTACT = 0, 1, 2
 REST, MOVE, WAVE = 0, 1, 2
-RESIDUAL, INDEX = 0, 1
+RESIDUAL, INDEX, OWN = 0, 1, 2
 
 STATUSES = (
     "undone",
@@ -68,6 +68,8 @@ SETUP = np.dtype(
         ("guards", U4),
         ("detectors", U4),
         ("fd", U4),
+        ("channels", U4),
+        ("reserved", U4),
         ("body", I4, JOINTS),
         ("payload", I4),
         ("tip", I4),
@@ -166,6 +168,7 @@ RESULT = np.dtype(
         ("delay_s", F8, DETECTORS),
         ("early_s", F8, DETECTORS),
         ("free_max", F8, (DETECTORS, JOINTS)),
+        ("channel_max", F8, (CHANNELS, JOINTS)),
         ("number", U8),
         ("status", U4),
         ("reason", U4),

@@ -14,7 +14,7 @@ from tauperp.campaign.execute import Effort
 from tauperp.campaign.injection import Injected, as_hits
 from tauperp.campaign.kernel import Rows
 from tauperp.campaign.plan import Plan
-from tauperp.campaign.store import Store, row_type
+from tauperp.campaign.store import BY_JOINT, Store, row_type
 from tauperp.campaign.summary import found_in_time, guard_delay, judged, summarise
 from tauperp.campaign.work import Comparison, Thresholds, comparison, shards
 from tauperp.config import TaskName
@@ -45,7 +45,7 @@ def write_injection_report(plan: Plan, folder: Path, injected: Sequence[Injected
     for one in injected:
         free = np.zeros(len(one.free), kind)
         for name in set(kind.names or ()) & set(one.free.dtype.names or ()):
-            free[name] = one.free[name][:, :, : free[name].shape[2]] if name == "free_max" else one.free[name]
+            free[name] = one.free[name][:, :, : free[name].shape[2]] if name in BY_JOINT else one.free[name]
         free["status"] = layout.DONE
         outcomes.append(Outcome(one.task, free, as_hits(one, kind), one.compared))
     return _write(plan, folder, outcomes, Effort())

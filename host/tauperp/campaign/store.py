@@ -20,6 +20,8 @@ from tauperp.files import write_atomically
 
 DIGEST = b"tauperp_plan"
 
+BY_JOINT = ("free_max", "channel_max")  # stored for the arm's joints only
+
 PLANNED = {
     "task": "task",
     "push": "push",
@@ -77,7 +79,7 @@ class Store:
         columns: dict[str, Any] = {name: runs[field] for name, field in PLANNED.items()}
         for name in layout.RESULT.names or ():
             values = results[name]
-            if name == "free_max":
+            if name in BY_JOINT:
                 values = values[:, :, : self._joints]
             if name != "reserved":
                 columns[name] = values
@@ -124,8 +126,8 @@ def row_type(joints: int) -> np.dtype[Any]:
     fields: list[tuple[Any, ...]] = [(name, layout.RUN[field]) for name, field in PLANNED.items()]
     for name in layout.RESULT.names or ():
         kind = layout.RESULT[name]
-        if name == "free_max":
-            kind = np.dtype(("f8", (layout.DETECTORS, joints)))
+        if name in BY_JOINT:
+            kind = np.dtype(("f8", (kind.shape[0], joints)))
         if name != "reserved":
             fields.append((name, kind))
     return np.dtype(fields)

@@ -8,7 +8,7 @@ import functools
 import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,15 +18,16 @@ from tauperp.campaign.detectors import Detector, band_pass, other_gain
 from tauperp.campaign.kernel import Bench, Rows, StopFlag
 from tauperp.campaign.plan import Plan
 from tauperp.config import Configuration, TaskName, load_configuration
+from tauperp.config.configuration import SETTLING, THRESHOLD_SHARE
 from tauperp.errors import InputError
 
 SMALLEST_THRESHOLD_NM = 0.05
-LARGEST_THRESHOLD = 0.95  # of a joint's torque limit
+LARGEST_THRESHOLD = 0.99  # of what a configuration may have
 PAPER = "paper"
 GUARD = "guard"
 
 Stage = Literal["calibrate", "free", "hit"]
-Thresholds = Mapping[str, Mapping[str, list[float]]]  # Nm, by task and detector, one a joint
+Thresholds = Mapping[str, Mapping[str, Any]]  # Nm, by task and detector: (n,) as a list; the guard's (channels, n)
 FloatArray = npt.NDArray[np.float64]
 
 
@@ -74,14 +75,14 @@ class Comparison:
 def comparison(plan: Plan, task: TaskName, thresholds: Thresholds) -> Comparison:
     """Everything that runs in a task's collisions, with `thresholds` where they name a detector."""
     file, own = plan.file, plan.configuration
-    found = {name: np.array(values) for name, values in thresholds.get(task, {}).items()}
+    found = {name: np.array(values) for name, values in thresholds.get(task, {}).items()}  # the guard's by channel
     n, period_s = own.robot.n, own.period_us * 1e-6
     if GUARD in found and file.thresholds.source == "free_moves":
         own = own.changed(task=_with_threshold(own, task, found[GUARD]))
     unknown = np.full(n, np.nan)
     debounce = own.settings.task[task].debounce_ticks
     configurations = [own]
-    detectors = [Detector(GUARD, "index", own.threshold_nm(task), 0, debounce_ticks=debounce)]
+    detectors = [Detector(GUARD, "own", own.thresholds_nm(task).ravel(), 0, debounce_ticks=debounce)]
     published = load_configuration(
         PAPER, robot=own.robot, overrides={"wire": {"rate_hz": own.settings.wire.rate_hz, "format": _format(own)}}
     )
@@ -90,10 +91,10 @@ def comparison(plan: Plan, task: TaskName, thresholds: Thresholds) -> Comparison
     configurations.append(published)
     gain = published.settings.observer.gain_per_s
     if file.baselines.paper:
-        detectors.append(Detector(f"paper, K = {gain:g}", "index", published.threshold_nm(task), 1))
+        detectors.append(Detector(f"paper, K = {gain:g}", "own", published.threshold_nm(task), 1))
         detectors.append(Detector(f"paper's index, K = {gain:g}, calibrated", "index", unknown, 1))
     for other in file.baselines.gains_per_s:
-        healthy_ms = max(published.settings.reset.healthy_ms, 5000 / other + 1000 * period_s)
+        healthy_ms = max(published.settings.reset.healthy_ms, 1000 * (SETTLING / other + period_s))
         configurations.append(published.changed(observer={"gain_per_s": other}, reset={"healthy_ms": healthy_ms}))
         name = f"paper's index, K = {other:g}, calibrated"
         detectors.append(Detector(name, "index", unknown, len(configurations) - 1))
@@ -114,9 +115,13 @@ def _format(configuration: Configuration) -> str:
 
 
 def _with_threshold(configuration: Configuration, task: TaskName, threshold: FloatArray) -> dict[str, object]:
-    most = np.array([LARGEST_THRESHOLD * joint.torque_max for joint in configuration.robot.joints])
-    values = [float(value) for value in np.minimum(threshold, most)]
+    values = np.minimum(threshold, largest_thresholds(configuration)).tolist()
     return {task: {**configuration.settings.task[task].model_dump(), "threshold_nm": values}}
+
+
+def largest_thresholds(configuration: Configuration) -> FloatArray:
+    """What a configuration may have, (n,) Nm."""
+    return np.array([LARGEST_THRESHOLD * joint.torque_max / THRESHOLD_SHARE for joint in configuration.robot.joints])
 
 
 def _with_index(configuration: Configuration, task: TaskName, index: str) -> dict[str, object]:
@@ -169,10 +174,10 @@ class Worker:
         return benches[task]
 
 
-def calibrated(plan: Plan, results: Mapping[TaskName, Rows]) -> dict[str, dict[str, list[float]]]:
+def calibrated(plan: Plan, results: Mapping[TaskName, Rows]) -> dict[str, dict[str, Any]]:
     """Thresholds of every detector that has none, and of the guard, from the calibrating moves of each task."""
-    found: dict[str, dict[str, list[float]]] = {}
-    n = plan.configuration.robot.n
+    found: dict[str, dict[str, Any]] = {}
+    channels, n = plan.configuration.channels, plan.configuration.robot.n
     for task, rows in results.items():
         good = rows[rows["status"] == layout.DONE]
         if len(good) < calibrating(plan) // 2:
@@ -182,6 +187,8 @@ def calibrated(plan: Plan, results: Mapping[TaskName, Rows]) -> dict[str, dict[s
             name: [round(float(value), 3) for value in thresholds_of(good["free_max"][:, k, :n], _share(plan))]
             for k, name in enumerate(names)
         }
+        own = thresholds_of(good["channel_max"][:, :channels, :n].reshape(len(good), -1), _share(plan))
+        found[task][GUARD] = own.reshape(channels, n).round(3).tolist()
     return found
 
 

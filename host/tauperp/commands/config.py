@@ -61,7 +61,8 @@ def _summary(configuration: Configuration, numeric: Numeric, size: int) -> dict[
 def _table(summary: dict[str, Any]) -> str:
     lines = [
         f"{summary['configuration']}: {summary['robot']}, {summary['joints']} joints, "
-        f"{summary['rate_hz']:g} Hz {summary['format']}, gain {summary['gain_per_s']:g} 1/s, {summary['order'].replace('_', ' ')}",
+        f"{summary['rate_hz']:g} Hz {summary['format']}, gain {summary['gain_per_s']:g} 1/s, "
+        f"{summary['order'].replace('_', ' ')}",
         f"{'task':<9}{'index':<7}{'debounce':<10}threshold Nm",
     ]
     for name, task in summary["tasks"].items():

@@ -84,7 +84,8 @@ class Configuration:
         if settings.reset.healthy_ms * 1000 < self.settling_us:
             self._refuse(
                 "reset.healthy_ms",
-                f"shorter than the {self.settling_us / 1000:g} ms (5 / observer.gain_per_s) in which the observer settles",
+                f"shorter than the {self.settling_us / 1000:g} ms (5 / observer.gain_per_s) in which the observer "
+                "settles",
             )
         if settings.subspace.softness_nm_per_n < settings.subspace.tolerance_nm_per_n:
             self._refuse("subspace.softness_nm_per_n", "below tolerance_nm_per_n")
@@ -122,7 +123,8 @@ class Configuration:
         if task.debounce_ticks > 2 and task.debounce_ticks * self.period_us * 1e-6 > DEBOUNCE_MAX_S:
             self._refuse(
                 f"task.{name}.debounce_ticks",
-                f"{task.debounce_ticks} ticks are longer than {DEBOUNCE_MAX_S:g} s at {self.settings.wire.rate_hz:g} Hz",
+                f"{task.debounce_ticks} ticks are longer than {DEBOUNCE_MAX_S:g} s at "
+                f"{self.settings.wire.rate_hz:g} Hz",
             )
         limits = task.limits.residual_max_nm
         if limits and len(limits) not in (1, n):

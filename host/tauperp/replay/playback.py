@@ -8,8 +8,8 @@ The torque sensors' offsets are taken on the host, where a joint's own electroni
 minus the model's gravity torque over the first second, in which the arm has to be at rest and untouched. It also takes
 away what the model has wrong in that pose.
 
-After the start and after a trip the robot's controller asks for a reset in every other cycle. The guard grants it when its inputs have
-been good and the index below the thresholds for the configured time; labels have no part in it.
+After the start and after a trip the robot's controller asks for a reset in every other cycle. The guard grants it when
+its inputs have been good and the index below the thresholds for the configured time; labels have no part in it.
 """
 
 import dataclasses
@@ -20,8 +20,9 @@ import numpy.typing as npt
 
 from tauperp.busload import worst_case_load
 from tauperp.config import LOAD_LIMIT, TASKS, Configuration, Numeric, TaskName
+from tauperp.config.configuration import SETTLING
 from tauperp.errors import InputError
-from tauperp.firmware import Core, Guard, Reason, State
+from tauperp.firmware import Core, Guard, Reason, State, Verdict
 from tauperp.replay.recording import FloatArray, Recording
 from tauperp.replay.showing import moment_of
 from tauperp.sim.moment import Puppet, Watch
@@ -105,7 +106,7 @@ def play(
     residual, index = np.empty((rows, guard.n)), np.empty((rows, guard.n))
     permitted = np.zeros(rows, bool)
     trips: list[Trip] = []
-    verdict = None
+    verdict: Verdict | None = None
     stage = None if watch is None else Puppet(configuration.robot)
     for row in range(rows):
         now_us = row * configuration.period_us
@@ -132,7 +133,13 @@ def _at_rate_of(recording: Recording, configuration: Configuration) -> Configura
     form = configuration.settings.wire.format
     if worst_case_load(configuration.wire, joints=configuration.robot.n, rate_hz=rate_hz, fd=False) > LOAD_LIMIT:
         form = "fd"
-    return configuration.changed(wire={"rate_hz": rate_hz, "format": form}, observer={"torque_sample": "instant"})
+    settings = configuration.settings
+    settling_ms = 1000 * SETTLING / settings.observer.gain_per_s + recording.period_us / 1000  # rounded up to cycles
+    return configuration.changed(
+        wire={"rate_hz": rate_hz, "format": form},
+        observer={"torque_sample": "instant"},
+        reset={"healthy_ms": max(settings.reset.healthy_ms, settling_ms)},
+    )
 
 
 class _Bus:

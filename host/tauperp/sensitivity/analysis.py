@@ -109,7 +109,7 @@ def analyse(
     shape = (robot.n, len(postures), len(PLACES), len(towards))
     results = []
     for number, task in enumerate(tasks):
-        threshold = configuration.threshold_nm(task)
+        threshold = configuration.thresholds_nm(task)
         debounce = configuration.settings.task[task].debounce_ticks
         static, pulse = np.empty(shape), np.empty(shape)
         for p, posture in enumerate(postures):

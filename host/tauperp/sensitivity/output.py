@@ -25,7 +25,7 @@ def report(configuration: Configuration, where: str, postures: int, tasks: list[
             {
                 "task": one.task,
                 "index": one.index,
-                "threshold_nm": configuration.threshold_nm(one.task).tolist(),
+                "threshold_nm": configuration.thresholds_nm(one.task).tolist(),
                 "links": [link.report() for link in one.links],
                 "blindest_direction": one.blindest.round(3).tolist(),
             }

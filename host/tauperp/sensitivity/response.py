@@ -29,8 +29,8 @@ SHARE = 0.3  # of a joint's largest torque: far above the wire's steps
 class Response:
     """Answers of the index to 1 Nm on each joint.
 
-    settled  (n, n): index of joint i for a constant torque on joint j
-    pulse    (t, n, n): the same over time for a half-sine of 50 ms with a peak of 1 Nm, t cycles from its start
+    settled  (c n, n): index of each channel and joint for a constant torque on joint j
+    pulse    (t, c n, n): the same over time for a half-sine of 50 ms with a peak of 1 Nm, t cycles from its start
     """
 
     settled: FloatArray
@@ -68,19 +68,20 @@ class Prober:
         heard = self._bench.listen((np.tile(posture, (rows, 1)), np.zeros((rows, n)), tau), cycles, TASKS[task])
         if heard.rows < rows:
             raise InputError("the posture's torques are beyond the wire, or the guard went to FAULT")
-        settled, answers = np.empty((n, n)), np.empty((pulse + tail, n, n))
+        index = heard.index.reshape(rows, -1)
+        settled, answers = np.empty((index.shape[1], n)), np.empty((pulse + tail, index.shape[1], n))
         for joint in range(n):
             first = joint * block + start
-            before = heard.index[first - 1]
-            answers[:, :, joint] = (heard.index[first : first + pulse + tail] - before) / size[joint]
+            answers[:, :, joint] = (index[first : first + pulse + tail] - index[first - 1]) / size[joint]
             held = first + pulse + tail + start
-            settled[:, joint] = (heard.index[held + settle - 1] - heard.index[held - 1]) / size[joint]
+            settled[:, joint] = (index[held + settle - 1] - index[held - 1]) / size[joint]
         return Response(settled, answers)
 
 
 def smallest_static(response: Response, levers: FloatArray, threshold: FloatArray) -> FloatArray:
-    """Forces (k,) N that just reach a threshold, for torques per newton `levers` (k, n); infinite if none does."""
-    ratio = (np.abs(levers @ response.settled.T) / threshold).max(axis=1)
+    """Forces (k,) N that just reach a threshold (channels, n), for torques per newton `levers` (k, n); infinite if
+    none does."""
+    ratio = (np.abs(levers @ response.settled.T) / threshold.ravel()).max(axis=1)
     with np.errstate(divide="ignore"):
         result: FloatArray = 1.0 / ratio
     return result
@@ -88,7 +89,7 @@ def smallest_static(response: Response, levers: FloatArray, threshold: FloatArra
 
 def smallest_pulse(response: Response, levers: FloatArray, threshold: FloatArray, debounce: int) -> FloatArray:
     """Peaks (k,) N of half-sines of 50 ms that stay above a threshold for `debounce` ticks in a row."""
-    index = np.abs(np.einsum("tij,kj->tki", response.pulse, levers)) / threshold
+    index = np.abs(np.einsum("tij,kj->tki", response.pulse, levers)) / threshold.ravel()
     ratio = index.max(axis=2)
     held = ratio.copy()
     for later in range(1, debounce):

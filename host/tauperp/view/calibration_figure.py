@@ -58,24 +58,23 @@ def _maxima(axis: Axes, task: TaskCalibration, with_legend: bool) -> None:
         f"({low:.2g}-{high:.2g}) alarms per hour, held out {task.held_alarms} in {3600 * task.held_hours:.0f} s",
     )
     rng = np.random.default_rng(0)
-    for joint, limit in enumerate(task.threshold_nm):
+    channels, joints = task.threshold_nm.shape
+    for column in range(channels * joints):
+        joint, channel = column // channels, column % channels
+        limit = float(task.threshold_nm[channel, joint])
         for values, colour, shift, name in (
-            (task.fitted_maxima[:, joint], FITTED, -0.17, "fitted"),
-            (task.held_maxima[:, joint], HELD, 0.17, "held out"),
+            (task.fitted_maxima[:, channel, joint], FITTED, -0.17, "fitted"),
+            (task.held_maxima[:, channel, joint], HELD, 0.17, "held out"),
         ):
-            spread = joint + 1 + shift + 0.13 * rng.uniform(-1, 1, len(values))
-            axis.plot(spread, values, ".", color=colour, markersize=4, alpha=0.7, label=name if joint == 0 else None)
-        axis.plot(
-            [joint + 0.6, joint + 1.4],
-            [limit, limit],
-            color=LIMIT,
-            linewidth=1.8,
-            label="threshold" if joint == 0 else None,
-        )
-        axis.annotate(f"{limit:.2f}", (joint + 1.42, limit), fontsize=8, color=LIMIT, va="center")
+            spread = column + 1 + shift + 0.13 * rng.uniform(-1, 1, len(values))
+            axis.plot(spread, values, ".", color=colour, markersize=4, alpha=0.7, label=None if column else name)
+        label = None if column else "threshold"
+        axis.plot([column + 0.6, column + 1.4], [limit, limit], color=LIMIT, linewidth=1.8, label=label)
+        axis.annotate(f"{limit:.2f}", (column + 1.0, 1.03 * limit), fontsize=8, color=LIMIT, ha="center", va="bottom")
     axis.set_ylabel("Nm", fontsize=9)
-    axis.set_ylim(0, 1.15 * max(float(task.threshold_nm.max()), float(task.held_maxima.max(initial=0.0))))
-    axis.set_xticks(range(1, len(task.threshold_nm) + 1), [f"joint {k + 1}" for k in range(len(task.threshold_nm))])
+    axis.set_ylim(0, 1.2 * max(float(task.threshold_nm.max()), float(task.held_maxima.max(initial=0.0))))
+    names = [f"joint {k + 1}" for k in range(joints)]
+    axis.set_xticks([k * channels + (channels + 1) / 2 for k in range(joints)], names)
     if with_legend:
         axis.legend(fontsize=8.5, frameon=False, loc="upper right", ncols=3)
 
