@@ -25,16 +25,32 @@ static inline vec3_t vec3_cross(vec3_t a, vec3_t b, uint32_t *saturations) {
                     .z = num_narrow(num_wide(a.x, b.y) - num_wide(a.y, b.x), saturations)};
 }
 
+/* The squares of three components fit into num_wide_t while each is below VEC3_SQUARED: beyond, a quarter of v is taken. */
+#define VEC3_SQUARED NUM(128)
+
+static inline bool vec3_is_large(vec3_t v) {
+    return (num_abs(v.x) >= VEC3_SQUARED) || (num_abs(v.y) >= VEC3_SQUARED) || (num_abs(v.z) >= VEC3_SQUARED);
+}
+
+static inline vec3_t vec3_quarter(vec3_t v) {
+    return (vec3_t){.x = v.x / 4, .y = v.y / 4, .z = v.z / 4};
+}
+
+static inline num_wide_t vec3_square(vec3_t v) {
+    return num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z);
+}
+
 /* v over its length; zero of zero. */
 static inline vec3_t vec3_unit(vec3_t v, uint32_t *saturations) {
-    const num_wide_t square = num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z);
+    const vec3_t u = vec3_is_large(v) ? vec3_quarter(v) : v;
+    const num_wide_t square = vec3_square(u);
     if (!(square > num_widen(NUM(0)))) {
-        return v;
+        return u;
     }
     const num_inverse_t inverse = num_inverse_root(square);
-    return (vec3_t){.x = num_times(v.x, inverse, saturations),
-                    .y = num_times(v.y, inverse, saturations),
-                    .z = num_times(v.z, inverse, saturations)};
+    return (vec3_t){.x = num_times(u.x, inverse, saturations),
+                    .y = num_times(u.y, inverse, saturations),
+                    .z = num_times(u.z, inverse, saturations)};
 }
 
 /* The part of v across a unit vector; all of v across zero. */
@@ -45,8 +61,10 @@ static inline vec3_t vec3_across(vec3_t v, vec3_t direction, uint32_t *saturatio
                     .z = num_subtract(v.z, num_mul(along, direction.z, saturations), saturations)};
 }
 
+/* In Q9.22 held at the largest number. */
 static inline num_t vec3_length(vec3_t v) {
-    return num_root(num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z));
+    uint32_t held = 0;
+    return vec3_is_large(v) ? num_mul(num_root(vec3_square(vec3_quarter(v))), NUM(4), &held) : num_root(vec3_square(v));
 }
 
 #endif

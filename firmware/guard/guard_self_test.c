@@ -98,16 +98,14 @@ static num_t push_on(const robot_t *robot, uint32_t joint) {
     return robot->joint[joint].torque_max_nm;
 }
 
-/* r of a constant push after `step` steps is push (1 - decay^step): each joint its own, none another's. `open` is the
- * share of the push that may be missing from it. */
-static bool residual_is_right(const guard_t *self, num_t remaining, num_t open) {
+/* r of a constant push after `step` steps is push (1 - decay^step): each joint its own, none another's. */
+static bool residual_is_right(const guard_t *self, num_t remaining) {
     bool right = true;
     for (uint32_t i = 0; i < self->joints; ++i) {
         uint32_t held = 0;
         const num_t push = push_on(&self->config->robot, i);
         const num_t expected = num_mul(push, NUM(1) - remaining, &held);
-        const num_t tolerance = (push / 64) + num_mul(push, open, &held) + NUM(0.01);
-        right = right && is_near(self->observer.residual[i], expected, tolerance);
+        right = right && is_near(self->observer.residual[i], expected, (push / 128) + NUM(0.01));
     }
     return right;
 }
@@ -131,20 +129,22 @@ static self_test_t chain_step(guard_t *self, uint32_t step) {
         return SELF_TEST_RUNNING;
     }
     uint32_t held = 0;
-    const num_t decay = config->observer.decay[CONFIG_MAX_GAP - 1u];
-    /* The mean torque over the first step, a gap, lies between rest and push: what that leaves open decays with the
-     * observer. */
-    const num_t open = num_mul(self->self_test_remaining, NUM(1) - decay, &held);
-    self->self_test_remaining = num_mul(self->self_test_remaining, decay, &held);
-    const bool settling = step <= 1u;
-    if (!settling && !residual_is_right(self, self->self_test_remaining, open)) {
-        return (step > 8u) ? SELF_TEST_FAILED : SELF_TEST_RUNNING;
+    const observer_config_t *const gains = &config->observer;
+    const num_t decay = gains->decay[CONFIG_MAX_GAP - 1u];
+    self->self_test_remaining = num_mul(decay, self->self_test_remaining, &held);
+    if (step == 1u) { /* the sample at the beginning of the first interval was at rest, and has its share in the mean */
+        const num_t share = (gains->torque_sample == (uint32_t)TORQUE_INTERVAL) ? NUM(0.375) : NUM(0.5);
+        self->self_test_remaining =
+            num_add(self->self_test_remaining, num_mul(gains->gain[CONFIG_MAX_GAP - 1u], share, &held), &held);
+    }
+    if (!residual_is_right(self, self->self_test_remaining)) {
+        return SELF_TEST_FAILED;
     }
     bool all = self->detector.tripped;
     for (uint32_t i = 0; i < self->joints; ++i) {
         all = all && (self->detector.above[i] >= task.detector.debounce_ticks) && (self->detector.value_nm[i] > NUM(0));
     }
-    if (all && !settling) {
+    if (all) {
         return SELF_TEST_PASSED;
     }
     return (step < CHAIN_STEPS) ? SELF_TEST_RUNNING : SELF_TEST_FAILED;

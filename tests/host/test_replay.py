@@ -159,7 +159,7 @@ def test_permission_is_withdrawn_from_the_trip_until_the_touch_is_over(
 ) -> None:
     playback, result = played(write([(1.5, 2.0, 5.0)]), configuration)
     ((touch, trip),) = result.found
-    healthy_rows = round(configuration.settings.reset.healthy_ms * 1e-3 / PERIOD_S)
+    healthy_rows = round(configuration.healthy_us * 1e-6 / PERIOD_S)
     assert playback.permitted[trip.row - 1]
     assert not playback.permitted[trip.row : touch.last + healthy_rows].any()
     assert playback.permitted[touch.last + healthy_rows + 30 :].all()

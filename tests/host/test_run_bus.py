@@ -185,7 +185,7 @@ def test_the_report_says_whose_guard_it_was(scenario: Scenario) -> None:
 
 def test_a_guard_with_another_configuration_is_said(scenario: Scenario) -> None:
     other = load_configuration(
-        "paper", robot="ku_dex", overrides={"wire": {"rate_hz": 500, "format": "classic"}, "reset": {"healthy_ms": 90}}
+        "paper", robot="ku_dex", overrides={"wire": {"rate_hz": 500, "format": "classic"}, "reset": {"healthy_ms": 190}}
     )
     with GuardThread(other):
         outcome = against_bus(scenario)
@@ -244,9 +244,7 @@ def test_two_guards_that_hear_each_other_do_not_permit_either(scenario: Scenario
 def test_two_nodes_of_tauperp_guard_each_say_that_there_is_another(tmp_path: Path) -> None:
     """On a bus that gives every node its own frames back as well."""
     settings = tmp_path / "slow.toml"
-    settings.write_text(
-        'robot = "ku_dex"\n[wire]\nrate_hz = 20\n[observer]\ngain_per_s = 10\n[reset]\nhealthy_ms = 200\n'
-    )
+    settings.write_text('robot = "ku_dex"\n[wire]\nrate_hz = 20\n[observer]\ngain_per_s = 10\n')
     command = [*COMMAND, "guard", str(settings), "--json", "--interface", "udp_multicast", "--channel", MULTICAST]
     command += ["--bus-kwargs", "port=43114"]
     logs = [tmp_path / "first.jsonl", tmp_path / "second.jsonl"]

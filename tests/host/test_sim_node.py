@@ -170,10 +170,13 @@ def test_it_asks_for_a_reset_by_the_trips_number_and_as_an_edge_once_it_stands_r
     assert not cell.heard_of("GuardReset")
 
 
-def test_before_any_trip_it_asks_for_nothing(cell: Cell) -> None:
+def test_before_any_trip_it_asks_for_the_first_permission_with_the_number_0(cell: Cell) -> None:
+    requests = []
     for _ in range(100):
-        cell.turn(cell.answer({**STOP, "Reason": 3, "TripNumber": 0}))
-        assert not cell.heard_of("GuardReset")
+        cell.turn(cell.answer({**STOP, "Reason": 27, "TripNumber": 0}))
+        requests += [frame.signals for frame in cell.heard_of("GuardReset") if frame.signals]
+    assert {request["TripNumber"] for request in requests} == {0}
+    assert {request["Request"] for request in requests} == {0, 1}
 
 
 @pytest.mark.parametrize(("kind", "value"), [("silent", 0.0), ("crc", 0.0), ("status", 2.0), ("offset", 7.0)])

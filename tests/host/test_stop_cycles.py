@@ -10,8 +10,8 @@ import pytest
 from reference import Reference
 
 from tauperp.config import NUMERICS, Numeric
-from tauperp.experiment import load_experiment, run_scenario
-from tauperp.firmware import Guard, Reason
+from tauperp.experiment import DETECTIONS, load_experiment, run_scenario
+from tauperp.firmware import Guard
 from tauperp.robot import Joint
 from tauperp.scenario import Scenario
 from tauperp.wire import Receiver
@@ -73,7 +73,7 @@ def firmware(run: Run, numeric: Numeric) -> Course:
         course.permitted.append(verdict.permitted)
         course.residual.append(verdict.residual)
         if verdict.trip_number != trip:
-            assert verdict.reason == Reason.COLLISION
+            assert verdict.reason in DETECTIONS
             trip = verdict.trip_number
             course.collisions.append(number)
     return course
@@ -113,7 +113,7 @@ def within(joint: Joint, position: float, velocity: float, torque: float) -> boo
     return (
         joint.position_min <= position <= joint.position_max
         and abs(velocity) <= joint.velocity_max
-        and abs(torque) <= joint.torque_max
+        and abs(torque) < joint.torque_max
     )
 
 

@@ -81,7 +81,7 @@ class Configuration:
                 if abs(value) > joint.torque_max / SENSOR_SHARE:
                     limit = f"1/{SENSOR_SHARE} of the torque limit of {joint.torque_max:g} Nm of joint {joint.name}"
                     self._refuse(f"sensor.{key}", f"{value:g} Nm is beyond {limit}")
-        if settings.reset.healthy_ms * 1000 < self.settling_us:
+        if self.healthy_us < self.settling_us:
             self._refuse(
                 "reset.healthy_ms",
                 f"shorter than the {self.settling_us / 1000:g} ms (5 / observer.gain_per_s) in which the observer "
@@ -118,8 +118,10 @@ class Configuration:
         for row in self.thresholds_nm(name):
             for joint, threshold in zip(self.robot.joints, row, strict=True):
                 if not 0 < threshold <= joint.torque_max / THRESHOLD_SHARE:
-                    limit = f"1/{THRESHOLD_SHARE} of the torque limit of {joint.torque_max:g} Nm of joint {joint.name}"
-                    self._refuse(place, f"{threshold:g} Nm is beyond {limit}: a person would feel more than that")
+                    limit = (
+                        f"0 to 1/{THRESHOLD_SHARE} of the torque limit of {joint.torque_max:g} Nm of joint {joint.name}"
+                    )
+                    self._refuse(place, f"{threshold:g} Nm is beyond {limit}")
         if task.debounce_ticks > 2 and task.debounce_ticks * self.period_us * 1e-6 > DEBOUNCE_MAX_S:
             self._refuse(
                 f"task.{name}.debounce_ticks",
@@ -161,6 +163,12 @@ class Configuration:
         """The observer runs for so long without a restart before a permission: 5 time constants, in whole cycles."""
         cycles = int(np.ceil(SETTLING / self.settings.observer.gain_per_s * 1e6 / self.period_us - 1e-9))
         return max(1, cycles) * self.period_us
+
+    @property
+    def healthy_us(self) -> int:
+        """Everything has to be good for so long before a permission."""
+        own = self.settings.reset.healthy_ms
+        return self.settling_us if own is None else round(own * 1000)
 
     def thresholds_nm(self, task: TaskName) -> npt.NDArray[np.float64]:
         """Thresholds of a task, (channels, n) Nm; zeros where its index is off."""
@@ -247,7 +255,7 @@ class Configuration:
             "task_deadline_us": self.timeout_cycles("task") * period,
             "tick_deadline_us": settings.deadline.tick_cycles * period,
             "tick_budget_us": self.tick_budget_us,
-            "reset_healthy_us": round(settings.reset.healthy_ms * 1000),
+            "reset_healthy_us": self.healthy_us,
             "settling_us": self.settling_us,
             "task_dwell_cycles": round(TASK_DWELL_S * 1e6 / period),
             "stop_collision": settings.stop.collision,

@@ -5,7 +5,7 @@ What depends on the robot or on several numbers together is checked by `tauperp.
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from tauperp.config.block import MAX_CHANNELS, MAX_GAP, MAX_JOINTS
 from tauperp.toml import Table
@@ -23,6 +23,15 @@ TASKS: dict[TaskName, int] = {"none": 1, "payload": 2, "contact": 3}  # numbers 
 def _one_or_many(value: Any) -> Any:
     """A single number stands for every joint."""
     return [value] if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _numbers(value: list[Any]) -> list[Any]:
+    """Numbers, or lists of numbers: thresholds of one channel, or of each."""
+    for entry in value:
+        for number in entry if isinstance(entry, list) else [entry]:
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                raise ValueError(f"{number!r} is not a number")
+    return value
 
 
 def _name_or_table(value: Any) -> Any:
@@ -107,7 +116,7 @@ class Task(Table):
     """What is watched while the robot does this task, and from where on it is a collision."""
 
     index: IndexName
-    threshold_nm: Annotated[list[Annotated[float, Field(gt=0)] | list[float]], BeforeValidator(_one_or_many)] = Field(
+    threshold_nm: Annotated[list[Any], BeforeValidator(_one_or_many), AfterValidator(_numbers)] = Field(
         default=[], max_length=MAX_JOINTS
     )  # one for every joint, or one a joint; or for each channel a list of these
     debounce_ticks: int = Field(ge=1, le=1000)
@@ -134,7 +143,7 @@ class Deadline(Table):
 
 
 class Reset(Table):
-    healthy_ms: float = Field(gt=0, le=60_000)
+    healthy_ms: float | None = Field(default=None, gt=0, le=60_000)  # unset: 5 / observer.gain_per_s
 
 
 class Stop(Table):
@@ -158,5 +167,5 @@ class Settings(Table):
     acceleration: Acceleration
     task: Tasks
     deadline: Deadline
-    reset: Reset
+    reset: Reset = Reset()
     stop: Stop
