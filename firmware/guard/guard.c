@@ -151,7 +151,6 @@ static void track_health(guard_t *self, input_t missing, bool saturated, uint64_
         self->healthy_since_us = now_us;
     }
     self->healthy = healthy;
-    self->calm = self->calm || (self->evaluated && !is_touched(self));
 }
 
 static bool healthy_for_long_enough(const guard_t *self, uint64_t now_us) {
@@ -185,6 +184,13 @@ static void while_waiting(guard_t *self, input_t missing, bool saturated, uint64
     }
 }
 
+/* A blow may drive a sensor beyond its range for a moment. The reading is refused, so that the joint deadline raises the
+ * category if no good snapshot follows; the observer may have to start again. */
+static bool is_passing(guard_reason_t reason) {
+    return (reason == GUARD_REASON_INPUT_RANGE) || (reason == GUARD_REASON_IMPLAUSIBLE) ||
+           (reason == GUARD_REASON_OBSERVER_RESTART);
+}
+
 /* What a stop of this category does not cover: a worse category, or a second collision while the arm may still move. */
 static event_t worse_event(const guard_t *self, input_t missing, bool saturated) {
     event_t input = input_event(self, missing, saturated);
@@ -194,7 +200,7 @@ static event_t worse_event(const guard_t *self, input_t missing, bool saturated)
         contact.category = (contact.category < second) ? contact.category : second;
         contact.reason = self->calm ? contact.reason : GUARD_REASON_NONE;
     }
-    if ((input.reason != GUARD_REASON_NONE) && (input.category < self->trip.category)) {
+    if ((input.reason != GUARD_REASON_NONE) && !is_passing(input.reason) && (input.category < self->trip.category)) {
         return input;
     }
     if ((contact.reason != GUARD_REASON_NONE) && (contact.category < self->trip.category)) {
@@ -204,6 +210,7 @@ static event_t worse_event(const guard_t *self, input_t missing, bool saturated)
 }
 
 static void while_stopped(guard_t *self, input_t missing, bool saturated, uint64_t now_us) {
+    self->calm = self->calm || healthy_for_long_enough(self, now_us);
     const event_t worse = worse_event(self, missing, saturated);
     if (worse.reason != GUARD_REASON_NONE) {
         trip(self, GUARD_STATE_STOPPED, &worse);

@@ -20,6 +20,7 @@ from tauperp.wire import E2EStatus, Received, Receiver, Sender, Wire
 
 PERMITTED = (1, 14)  # Permission and its inverse: everything else is a stop
 COLLISION = 6  # StopCommand.Reason
+FIRST_PERMISSION = (27, 28)  # StopCommand.Reason: everything is good, a reset is wanted
 SILENCE = 1  # stop category when nobody says which
 SENSOR_OK, NOT_AVAILABLE = 0, 15  # JointState.SensorStatus
 RESET_HALF_S = 0.02  # a reset is asked for with a square wave of this half period, for its edges
@@ -188,11 +189,11 @@ class RobotNode:
     def _ask_for_reset(self) -> None:
         """While only the permission is missing, ask for it with the number of the trip that took it.
 
-        After a start the guard wants the same, with the number 0: the robot asks as soon as an answer comes in.
+        After a start the guard wants the same, and says so when everything is good.
         """
         command = self.stop_command
         missing = command is not None and not self.permitted and self.answer is Answer.GOOD
-        first = missing and command is not None and command["TripNumber"] == 0  # nothing has tripped since the start
+        first = missing and command is not None and command["Reason"] in FIRST_PERMISSION
         if not (first or (missing and self.motion.wants_reset)):
             self._reset_cycles = 0
             return
