@@ -25,7 +25,8 @@ static inline vec3_t vec3_cross(vec3_t a, vec3_t b, uint32_t *saturations) {
                     .z = num_narrow(num_wide(a.x, b.y) - num_wide(a.y, b.x), saturations)};
 }
 
-/* The squares of three components fit into num_wide_t while each is below VEC3_SQUARED: beyond, a quarter of v is taken. */
+/* The squares of three components fit into num_wide_t while each is below VEC3_SQUARED: beyond, a quarter of v is
+ * taken. */
 #define VEC3_SQUARED NUM(128)
 
 static inline bool vec3_is_large(vec3_t v) {
