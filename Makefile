@@ -18,7 +18,7 @@ include tools/make/linux.mk
 include tools/make/check.mk
 include tools/make/boards.mk
 
-.PHONY: help demo figures clean
+.PHONY: help demo figures campaign-figures clean
 
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
@@ -36,6 +36,16 @@ figures: demo ## renew README's figures: the demo's, and with the recordings the
 	    $(VENV)/bin/tauperp replay --csv $(TAUPERP_PANDA_TOUCHES)/*.csv.gz --robot panda \
 	        && cp out/replay/d3.png docs/figures/replay.png; \
 	    else echo "docs/figures/replay.png stays: no recordings in $(TAUPERP_PANDA_TOUCHES)"; fi
+
+# Recordings of a real arm in free motion, for the campaign that pushes it.
+PANDA_FREE := ../shared/data/panda_free
+
+campaign-figures: kernel venv ## renew README's figures of the campaign and the sensitivity (a few minutes)
+	@$(VENV)/bin/tauperp campaign docs/plans/simulated.toml --out out/figures/simulated && cp out/figures/simulated/report.png docs/figures/campaign.png
+	@$(VENV)/bin/tauperp sensitivity --config docs/plans/bank.toml --out out/figures/sensitivity && cp out/figures/sensitivity/sensitivity.png docs/figures/sensitivity.png
+	@if [ -d "$(PANDA_FREE)" ]; then \
+	    $(VENV)/bin/tauperp campaign docs/plans/panda.toml --out out/figures/panda && cp out/figures/panda/report.png docs/figures/campaign_panda.png; \
+	    else echo "docs/figures/campaign_panda.png stays: no recordings in $(PANDA_FREE)"; fi
 
 clean: ## remove what was built (build, out); .venv and .toolbox stay
 	@rm -rf $(BUILD) out

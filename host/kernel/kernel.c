@@ -68,11 +68,19 @@ static bool permitted(const session_t *self) {
     return self->tracks.out[0].permitted;
 }
 
-/* A gap in a recording stops the arm, and says nothing about its thresholds. */
-static bool for_want_of_frames(const session_t *self) {
+/* The guard stopped for what it computed, and not for an input that was missing, frozen or implausible. */
+static bool by_detection(const session_t *self) {
     const guard_reason_t reason = self->tracks.out[0].reason;
-    return (reason == GUARD_REASON_SYNC_TIMEOUT) || (reason == GUARD_REASON_JOINT_TIMEOUT) ||
-           (reason == GUARD_REASON_TASK_TIMEOUT);
+    return (reason == GUARD_REASON_COLLISION) || (reason == GUARD_REASON_EXPLAINED_FORCE) ||
+           (reason == GUARD_REASON_EXPLAINED_MOMENT) || (reason == GUARD_REASON_RESIDUAL_LIMIT);
+}
+
+static void count_stop(const session_t *self, kernel_result_t *result) {
+    if (by_detection(self)) {
+        ++result->stops;
+    } else {
+        ++result->input_stops;
+    }
 }
 
 static double value_of(num_t value) {
@@ -185,7 +193,7 @@ static kernel_status_t collide(bench_t *bench, plant_t *plant, kernel_result_t *
             note_stop(&bench->session, now_s, push.force_n, result);
             plant_stop(plant, now_s);
             if (!struck) {
-                result->stops = 1;
+                count_stop(&bench->session, result);
                 return KERNEL_FALSE_STOP;
             }
         }
@@ -362,8 +370,8 @@ uint32_t kernel_inject(const kernel_setup_t *setup, const kernel_recording_t *re
         }
         const double now_s = recording->cycle[row] * period_s;
         tracks_detect(&sessions[0].tracks, setup, now_s > WARM_UP_S, now_s, -1.0, &base);
-        if (was_permitted && !permitted(&sessions[0]) && !for_want_of_frames(&sessions[0])) {
-            ++base.stops;
+        if (was_permitted && !permitted(&sessions[0])) {
+            count_stop(&sessions[0], &base);
         }
         was_permitted = permitted(&sessions[0]);
         base.free_s += was_permitted ? period_s : 0.0;

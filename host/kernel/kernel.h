@@ -14,7 +14,7 @@
 
 #include <stdint.h>
 
-#define KERNEL_ABI       2u
+#define KERNEL_ABI       3u
 #define KERNEL_JOINTS    8
 #define KERNEL_GUARDS    8  /* guards that hear the same frames; the first one has command of the arm */
 #define KERNEL_DETECTORS 16 /* signals that are compared with thresholds in the same run */
@@ -158,12 +158,12 @@ typedef struct {
     double free_max[KERNEL_DETECTORS][KERNEL_JOINTS];   /* largest |signal| of each joint before the onset, Nm */
     double channel_max[KERNEL_CHANNELS][KERNEL_JOINTS]; /* the same of the first guard's channels */
     uint64_t number;
-    uint32_t status; /* kernel_status_t */
-    uint32_t reason; /* of the stop, as on the wire */
-    uint32_t joint;  /* from 1; 0 none */
-    uint32_t link;   /* that was touched, from 1; 0 none */
-    uint32_t stops;  /* before the onset, those for want of frames left out */
-    uint32_t reserved;
+    uint32_t status;      /* kernel_status_t */
+    uint32_t reason;      /* of the stop, as on the wire */
+    uint32_t joint;       /* from 1; 0 none */
+    uint32_t link;        /* that was touched, from 1; 0 none */
+    uint32_t stops;       /* before the onset, for what the guard computed */
+    uint32_t input_stops; /* before the onset, for an input: missing, frozen, implausible */
 } kernel_result_t;
 
 /* A recording of a real arm for kernel_inject(): `rows` of readings, each (rows, joints), and the cycle of each row. */

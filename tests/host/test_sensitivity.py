@@ -55,12 +55,26 @@ def test_a_short_push_has_to_be_harder_than_a_static_one() -> None:
     assert twice > once
 
 
+BANK = """
+robot = "ku_dex"
+[[bank.channel]]
+low_pass_per_s = 30.0
+order = 2
+[[bank.channel]]
+low_pass_per_s = 120.0
+order = 2
+high_pass_hz = 3.0
+"""
+
+
+@pytest.mark.parametrize("bank", ["", BANK], ids=["one filter", "bank"])
 @pytest.mark.parametrize("task", list(TASKS))
-def test_a_campaign_of_pushes_finds_what_the_sensitivity_says(task: TaskName, tmp_path: Path) -> None:
+def test_a_campaign_of_pushes_finds_what_the_sensitivity_says(task: TaskName, bank: str, tmp_path: Path) -> None:
     """Pushes of 50 ms on an arm at rest with ideal sensors: the share that is found is the share predicted to be."""
     plan_file = tmp_path / "plan.toml"
+    (tmp_path / "guard.toml").write_text(bank or 'robot = "ku_dex"\n')
     plan_file.write_text(
-        'robot = "ku_dex"\ncollisions = 1\nmodel_error = 0.0\n[thresholds]\nfrom = "configuration"\n'
+        'configuration = "guard.toml"\ncollisions = 1\nmodel_error = 0.0\n[thresholds]\nfrom = "configuration"\n'
         "[motion]\nkinds = ['rest']\n[sensors]\ntorque_noise_nm = 0.0\n"
         "[collision]\nkinds = ['pulse']\npush_ms = 50.0\nforce_n = [2.0, 60.0]\n"
         "[payload]\nmass_kg = 0.0\n[guide]\nforce_n = 0.0\nmoment_nm = 0.0\n"

@@ -151,7 +151,7 @@ def as_hits(injected: Injected, row: np.dtype[Any]) -> Rows:
             hits[name] = injected.pushed[name][:, :, : hits[name].shape[2]]
         elif name in (injected.pushed.dtype.names or ()):
             hits[name] = injected.pushed[name]
-    hits["stops"], hits["free_s"] = 0, 0.0  # the recording's, which its own row counts once
+    hits["stops"], hits["input_stops"], hits["free_s"] = 0, 0, 0.0  # the recording's, which its own row counts once
     hits["early_s"] = np.nan
     hits["task"], hits["push"] = TASKS[injected.task], layout.PULSE
     hits["planned_link"] = injected.injections["link"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-ABI = 2
+ABI = 3
 JOINTS, GUARDS, DETECTORS, SECTIONS, WAVES, CHANNELS = 8, 8, 16, 4, 3, 4
 
 NO_PUSH, PULSE, CONTACT = 0, 1, 2
@@ -175,7 +175,7 @@ RESULT = np.dtype(
         ("joint", U4),
         ("link", U4),
         ("stops", U4),
-        ("reserved", U4),
+        ("input_stops", U4),
     ],
     align=True,
 )

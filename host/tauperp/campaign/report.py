@@ -85,7 +85,8 @@ def _write(plan: Plan, folder: Path, outcomes: Sequence[Outcome], effort: Effort
         "effort": effort.as_dict(),
         "hashes": provenance(library, configuration),
     }
-    title = f"{report['robot']}: {sum(s['collisions'] for s in summaries)} collisions, seed {plan.file.seed}"
+    kind = "collisions" if recording is None else "pushes into recordings"
+    title = f"{report['robot']}: {sum(s['collisions'] for s in summaries)} {kind}, seed {plan.file.seed}"
     png = campaign_figure(summaries, delays, title)
     write_atomically(folder / "report.json", json.dumps(report, indent=2) + "\n")
     write_atomically(folder / "report.png", png)
@@ -143,6 +144,10 @@ def lines(report: dict[str, Any]) -> list[str]:
             f"{one['task']:<9}{percent(one):<24}{one['of']:>7}  {spread(latency, 'p50'):<14}"
             f"{spread(latency, 'p95'):<16}{_per_hour(one['false_stops']):<24}"
         )
+        if one["false_stops"]["input_stops"]:
+            text.append(
+                f"         stops for an input (missing, frozen, implausible): {one['false_stops']['input_stops']}"
+            )
         others = {name: count for name, count in one["statuses"].items() if name != "done"}
         if others:
             text.append("         not judged: " + ", ".join(f"{name} {count}" for name, count in others.items()))
@@ -173,7 +178,8 @@ def _html(title: str, report: dict[str, Any], png: bytes) -> str:
                 f"{one['collisions']} collisions: "
                 + ", ".join(f"{count} {name}" for name, count in one["statuses"].items())
                 + f". False stops: {stops['stops']} in {stops['hours']:.2f} h of free motion, {_per_hour(stops)} per "
-                + f"hour; {stops['moves_with_a_stop']} of {stops['moves']} judged free moves."
+                + f"hour; {stops['moves_with_a_stop']} of {stops['moves']} judged free moves. "
+                + f"Stops for an input that was missing, frozen or implausible: {stops['input_stops']}."
             )
         )
         rows = [["all", *_cells(one)]]

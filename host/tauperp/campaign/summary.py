@@ -17,7 +17,8 @@ FORCE_EDGES_N = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0, math.inf)
 PAYLOAD_EDGES_KG = (0.0, 0.5, 1.0, 2.0, 3.0, math.inf)
 ROC_POINTS = 200
 
-NO_DETECTION = (Reason.SYNC_TIMEOUT, Reason.JOINT_TIMEOUT, Reason.TASK_TIMEOUT)
+# Stops for what the guard computed; every other one is for an input.
+DETECTION = (Reason.COLLISION, Reason.EXPLAINED_FORCE, Reason.EXPLAINED_MOMENT, Reason.RESIDUAL_LIMIT)
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -35,8 +36,8 @@ def found_in_time(rows: Rows, delay_s: npt.NDArray[np.float64]) -> BoolArray:
 
 
 def guard_delay(rows: Rows) -> npt.NDArray[np.float64]:
-    """From the onset to the stop, s; NaN without one. A stop for want of frames finds nothing."""
-    found = ~np.isin(rows["reason"], NO_DETECTION)
+    """From the onset to the stop, s; NaN without one. A stop for an input finds nothing."""
+    found = np.isin(rows["reason"], DETECTION)
     result: npt.NDArray[np.float64] = np.where(found, rows["stop_s"] - rows["onset_s"], np.nan)
     return result
 
@@ -92,6 +93,7 @@ def _false_stops(free: Rows, hits: Rows) -> dict[str, Any]:
     low_share, high_share = wilson(int(moved.sum()), len(moved))
     return {
         "stops": stops,
+        "input_stops": int(both["input_stops"].sum()),
         "hours": round(hours, 4),
         "per_hour": None if hours == 0 else round(stops / hours, 2),
         "per_hour_low": round(low, 2),
