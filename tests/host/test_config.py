@@ -139,7 +139,10 @@ def test_deadlines_come_from_the_dbc_unless_the_file_says_otherwise(write: Write
         ('[subspace]\nsoftness_nm_per_n = 0.001', "subspace.softness_nm_per_n: below tolerance_nm_per_n"),
         ('[sensor]\noffset_nm = 60', "sensor.offset_nm: 60 Nm is beyond 1/4 of the torque limit"),
         ('[[bank.channel]]\nlow_pass_per_s = 30\nhigh_pass_hz = 1', "bank.channel: every channel has a high-pass"),
-        ('[task.contact.limits]\nforce_max_n = 500', "task.contact.limits.force_max_n: should be less than or equal to 400"),
+        (
+            "[task.contact.limits]\nforce_max_n = 500",
+            "task.contact.limits.force_max_n: should be less than or equal to 400",
+        ),
         ('[stop]\ncollision = 3', "stop.collision: should be 0, 1 or 2, not 3"),
         ('task = 3', "task: should be a table"),
         ('[wire', "not TOML"),

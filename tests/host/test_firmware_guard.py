@@ -71,7 +71,7 @@ class Bench:
         return self
 
     def reset(self, trip: int) -> Verdict:
-        """Ask for the end of a trip, or of the start: an edge of Request. Its first frame ever only sets a reference."""
+        """Ask for the end of a trip, or of the start: an edge of Request. The first frame only sets a reference."""
         for request in (0, 0, 1):
             frame = self.sender.frame("GuardReset", {"Request": request, "TripNumber": trip})
             verdict = self.tick([*self.frames(), frame])

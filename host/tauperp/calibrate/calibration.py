@@ -160,13 +160,14 @@ def at_rate_of(motions: Sequence[Motion], configuration: Configuration) -> Confi
     if worst_case_load(configuration.wire, joints=configuration.robot.n, rate_hz=rate_hz, fd=False) > LOAD_LIMIT:
         form = "fd"
     settings = configuration.settings
+    healthy_ms = settings.reset.healthy_ms
     settling_ms = 1000 * SETTLING / settings.observer.gain_per_s + first.period_us / 1000  # rounded up to cycles
     sample = "interval" if first.is_mean_torque else "instant"
     return configuration.changed(
         wire={"rate_hz": rate_hz, "format": form},
         observer={"torque_sample": sample},
         sensor={"offset_nm": [0.0], "friction_nm": [0.0]},
-        reset={"healthy_ms": max(settings.reset.healthy_ms, settling_ms)},
+        reset={"healthy_ms": None if healthy_ms is None else max(healthy_ms, settling_ms)},
     )
 
 

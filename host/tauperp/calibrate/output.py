@@ -38,9 +38,7 @@ def toml(calibration: Calibration, robot: str, preset: str) -> str:
         f"gain_per_s = {settings.observer.gain_per_s:g}",
         f'torque_sample = "{settings.observer.torque_sample}"',
         "",
-        "[reset]",
-        f"healthy_ms = {settings.reset.healthy_ms:.6g}",
-        "",
+        *_reset(settings.reset.healthy_ms),
         *_bank(settings.bank),
         "[sensor]",
         f"offset_nm = {_list(settings.sensor.offset_nm)}",
@@ -56,6 +54,11 @@ def toml(calibration: Calibration, robot: str, preset: str) -> str:
             f"debounce_ticks = {task.debounce_ticks}",
         ]
     return "\n".join(lines) + "\n"
+
+
+def _reset(healthy_ms: float | None) -> list[str]:
+    """The healthy time where it is not the observer's settling time."""
+    return [] if healthy_ms is None else ["[reset]", f"healthy_ms = {healthy_ms:.6g}", ""]
 
 
 def _bank(bank: Any) -> list[str]:

@@ -18,7 +18,7 @@ from tauperp.campaign.detectors import Detector, band_pass, other_gain
 from tauperp.campaign.kernel import Bench, Rows, StopFlag
 from tauperp.campaign.plan import Plan
 from tauperp.config import Configuration, TaskName, load_configuration
-from tauperp.config.configuration import SETTLING, THRESHOLD_SHARE
+from tauperp.config.configuration import THRESHOLD_SHARE
 from tauperp.errors import InputError
 
 SMALLEST_THRESHOLD_NM = 0.05
@@ -94,8 +94,7 @@ def comparison(plan: Plan, task: TaskName, thresholds: Thresholds) -> Comparison
         detectors.append(Detector(f"paper, K = {gain:g}", "own", published.threshold_nm(task), 1))
         detectors.append(Detector(f"paper's index, K = {gain:g}, calibrated", "index", unknown, 1))
     for other in file.baselines.gains_per_s:
-        healthy_ms = max(published.settings.reset.healthy_ms, 1000 * (SETTLING / other + period_s))
-        configurations.append(published.changed(observer={"gain_per_s": other}, reset={"healthy_ms": healthy_ms}))
+        configurations.append(published.changed(observer={"gain_per_s": other}, reset={"healthy_ms": None}))
         name = f"paper's index, K = {other:g}, calibrated"
         detectors.append(Detector(name, "index", unknown, len(configurations) - 1))
     if file.baselines.residual:

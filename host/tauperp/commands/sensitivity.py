@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the configuration's")
     parser.add_argument("--task", choices=list(TASKS), action="append", help="only this task (can be repeated)")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--pose", metavar="Q1,Q2,...", help="one posture, rad")
+    where.add_argument("--pose", metavar="Q", help="one posture: Q1,Q2,... rad")
     where.add_argument("--trajectory", metavar="FILE", help="postures of a recording (table or bus log)")
     where.add_argument("--workspace", type=int, metavar="N", help="so many postures of the whole range (default: 60)")
     parser.add_argument("--map", metavar="FILE", help="TOML file of the table's columns, units and signs")

@@ -177,7 +177,7 @@ class Configuration:
             return np.zeros((self.channels, self.robot.n))
         rows = settings.threshold_nm
         if not any(isinstance(row, list) for row in rows):
-            rows = [rows]  # type: ignore[list-item]
+            rows = [rows]
         return np.stack([np.broadcast_to(np.array(row, float), self.robot.n) for row in rows]) * np.ones(
             (self.channels, 1)
         )

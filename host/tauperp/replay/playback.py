@@ -134,11 +134,12 @@ def _at_rate_of(recording: Recording, configuration: Configuration) -> Configura
     if worst_case_load(configuration.wire, joints=configuration.robot.n, rate_hz=rate_hz, fd=False) > LOAD_LIMIT:
         form = "fd"
     settings = configuration.settings
+    healthy_ms = settings.reset.healthy_ms
     settling_ms = 1000 * SETTLING / settings.observer.gain_per_s + recording.period_us / 1000  # rounded up to cycles
     return configuration.changed(
         wire={"rate_hz": rate_hz, "format": form},
         observer={"torque_sample": "instant"},
-        reset={"healthy_ms": max(settings.reset.healthy_ms, settling_ms)},
+        reset={"healthy_ms": None if healthy_ms is None else max(healthy_ms, settling_ms)},
     )
 
 
