@@ -184,8 +184,8 @@ static void while_waiting(guard_t *self, input_t missing, bool saturated, uint64
     }
 }
 
-/* A blow may drive a sensor beyond its range for a moment. The reading is refused, so that the joint deadline raises the
- * category if no good snapshot follows; the observer may have to start again. */
+/* A blow may drive a sensor beyond its range for a moment. The reading is refused, so that the joint deadline raises
+ * the category if no good snapshot follows; the observer may have to start again. */
 static bool is_passing(guard_reason_t reason) {
     return (reason == GUARD_REASON_INPUT_RANGE) || (reason == GUARD_REASON_IMPLAUSIBLE) ||
            (reason == GUARD_REASON_OBSERVER_RESTART);

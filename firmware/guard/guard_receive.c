@@ -91,6 +91,10 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t join
         fault(self, GUARD_REASON_SENSOR_STATUS, joint + 1u);
         return;
     }
+    if (message.cycle_high != (uint8_t)((self->inputs.snapshot.cycle >> 4) & 3u)) {
+        count(&self->counters.late_frames, 1u); /* of a cycle 16, 32 or 48 before, which the counter cannot tell */
+        return;
+    }
     const num_t position = scale_to_num(message.position, PROTOCOL_JOINT_STATE_POSITION_SCALE);
     const num_t velocity = scale_to_num(message.velocity, PROTOCOL_JOINT_STATE_VELOCITY_SCALE);
     const num_t torque = scale_to_num(message.torque, PROTOCOL_JOINT_STATE_TORQUE_SCALE);

@@ -485,7 +485,8 @@ int tauperp_joint_state_unpack(
 
     dst_p->crc = unpack_right_shift_u8(src_p[0], 0u, 0xffu);
     dst_p->counter = unpack_right_shift_u8(src_p[1], 0u, 0x0fu);
-    dst_p->sensor_status = unpack_right_shift_u8(src_p[1], 4u, 0xf0u);
+    dst_p->sensor_status = unpack_right_shift_u8(src_p[1], 4u, 0x30u);
+    dst_p->cycle_high = unpack_right_shift_u8(src_p[1], 6u, 0xc0u);
     position = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
     position |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
     dst_p->position = (int16_t)position;
@@ -532,12 +533,22 @@ bool tauperp_joint_state_counter_is_in_phys_range(float value)
 
 bool tauperp_joint_state_sensor_status_is_in_range(uint8_t value)
 {
-    return (value <= 15u);
+    return (value <= 3u);
 }
 
 bool tauperp_joint_state_sensor_status_is_in_phys_range(float value)
 {
-    return ((value >= 0.0f) && (value <= 15.0f));
+    return ((value >= 0.0f) && (value <= 3.0f));
+}
+
+bool tauperp_joint_state_cycle_high_is_in_range(uint8_t value)
+{
+    return (value <= 3u);
+}
+
+bool tauperp_joint_state_cycle_high_is_in_phys_range(float value)
+{
+    return ((value >= 0.0f) && (value <= 3.0f));
 }
 
 bool tauperp_joint_state_position_is_in_range(int16_t value)

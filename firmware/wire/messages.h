@@ -144,7 +144,7 @@ extern "C" {
 #define TAUPERP_JOINT_STATE_SENSOR_STATUS_OK_CHOICE (0u)
 #define TAUPERP_JOINT_STATE_SENSOR_STATUS_DEGRADED_CHOICE (1u)
 #define TAUPERP_JOINT_STATE_SENSOR_STATUS_FAULT_CHOICE (2u)
-#define TAUPERP_JOINT_STATE_SENSOR_STATUS_NOT_AVAILABLE_CHOICE (15u)
+#define TAUPERP_JOINT_STATE_SENSOR_STATUS_NOT_AVAILABLE_CHOICE (3u)
 
 #define TAUPERP_GUARD_STATUS_STATE_UNINITIALISED_CHOICE (0u)
 #define TAUPERP_GUARD_STATUS_STATE_SELF_TEST_CHOICE (1u)
@@ -255,6 +255,7 @@ extern "C" {
 #define TAUPERP_JOINT_STATE_CRC_NAME "CRC"
 #define TAUPERP_JOINT_STATE_COUNTER_NAME "Counter"
 #define TAUPERP_JOINT_STATE_SENSOR_STATUS_NAME "SensorStatus"
+#define TAUPERP_JOINT_STATE_CYCLE_HIGH_NAME "CycleHigh"
 #define TAUPERP_JOINT_STATE_POSITION_NAME "Position"
 #define TAUPERP_JOINT_STATE_VELOCITY_NAME "Velocity"
 #define TAUPERP_JOINT_STATE_TORQUE_NAME "Torque"
@@ -568,11 +569,20 @@ struct tauperp_joint_state_t {
     /**
      * Health of this joint's sensors; only Ok is used.
      *
-     * Range: 0..15 (0..15 -)
+     * Range: 0..3 (0..3 -)
      * Scale: 1
      * Offset: 0
      */
     uint8_t sensor_status;
+
+    /**
+     * Bits 4 and 5 of the cycle, above the counter: a reading that is late by 16, 32 or 48 cycles is recognisable.
+     *
+     * Range: 0..3 (0..3 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t cycle_high;
 
     /**
      * Joint angle at the Sync; raw -32768 is not available.
@@ -1639,6 +1649,28 @@ bool tauperp_joint_state_sensor_status_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool tauperp_joint_state_sensor_status_is_in_phys_range(float value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool tauperp_joint_state_cycle_high_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool tauperp_joint_state_cycle_high_is_in_phys_range(float value);
 
 /**
  * Check that given signal is in allowed range.

@@ -10,8 +10,8 @@
 
 #include "e2e.h"
 
-#define PROTOCOL_WIRE_VERSION 1u
-#define PROTOCOL_WIRE_CRC 0xF84657E9u /* CRC-32 of the DBC file */
+#define PROTOCOL_WIRE_VERSION 2u
+#define PROTOCOL_WIRE_CRC 0x7440EF59u /* CRC-32 of the DBC file */
 
 typedef enum {
     PROTOCOL_KIND_NONE = 0,

@@ -48,7 +48,8 @@ void frames_cycle(frames_t *self, uint32_t cycle, uint32_t task, const double *a
     seal(next_frame(self, &setup->task, bits), &setup->task, cycle, &self->task_counter);
     for (uint32_t joint = 0; joint < setup->joints; ++joint) {
         const kernel_message_t *const message = &setup->joint[joint];
-        bits = packed(&message->signal[0], 0.0, good) | packed(&message->signal[1], reading->position[joint], good) |
+        bits = packed(&message->signal[0], (double)((cycle >> 4) & 3u), good) |
+               packed(&message->signal[1], reading->position[joint], good) |
                packed(&message->signal[2], reading->velocity[joint], good) |
                packed(&message->signal[3], reading->torque[joint], good);
         uint32_t unused = 0;

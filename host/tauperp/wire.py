@@ -21,6 +21,7 @@ from tauperp.errors import InputError
 from tauperp.files import dbc_path
 
 COUNTER_MASK = 0x0F
+COUNTER_BITS, CYCLE_HIGH_MASK = 4, 3  # JointState.CycleHigh: the two bits of the cycle above its counter
 DATA_IDS = 16
 _HEADER = ("CRC", "Counter")
 _JOINT_STATE = "JointState"
@@ -249,7 +250,8 @@ def _check_data_ids(messages: Iterable[WireMessage]) -> None:
 class Sender:
     """Frames of one or more nodes, with a counter for each message.
 
-    A message whose counter is the cycle's takes it from `cycle`; every other counts the frames sent, from 1.
+    A message whose counter is the cycle's takes it from `cycle`; every other counts the frames sent, from 1. A joint's
+    CycleHigh comes from `cycle` too, unless it is given.
     """
 
     def __init__(self, wire: Wire, *, fd: bool) -> None:
@@ -265,6 +267,8 @@ class Sender:
         Raises InputError as WireMessage.encode does (no count is used up then), or if a cycle is missing.
         """
         message = self.wire.message(name)
+        if message.joint and cycle is not None:
+            signals = {"CycleHigh": cycle >> COUNTER_BITS & CYCLE_HIGH_MASK, **signals}
         data = message.encode(signals)
         if not message.counter_is_cycle:
             counter = (self._counters.get(name, 0) + 1) & COUNTER_MASK

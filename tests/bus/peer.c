@@ -212,6 +212,7 @@ static size_t make_cycle(struct canfd_frame *frames, const struct canfd_frame *j
     seal(&frames[1], PROTOCOL_RECEIVE_TASK_COMMAND, cycle);
     for (size_t joint = 0; joint < joint_count; joint++) {
         frames[2u + joint] = joints[joint];
+        frames[2u + joint].data[1] = (uint8_t)(((cycle >> 4u) & 3u) << 6u); /* CycleHigh; SensorStatus is Ok */
         seal(&frames[2u + joint], (uint32_t)(PROTOCOL_RECEIVE_JOINT_STATE + joint), cycle);
     }
     return 2u + joint_count;

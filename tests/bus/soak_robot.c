@@ -48,9 +48,8 @@ static sent_t make_joint(soak_t *self, uint32_t joint, fault_t fault) {
     if ((self->cycle < self->push_until) && (joint == self->pushed_joint)) {
         put_word(&data[6], torque_of(data) + PUSH_RAW);
     }
-    if (fault == FAULT_STATUS) {
-        data[1] = (uint8_t)((1u + draw(self, 15u)) << 4u);
-    }
+    const uint32_t status = (fault == FAULT_STATUS) ? (1u + draw(self, 3u)) : 0u;
+    data[1] = (uint8_t)((status << 4u) | (((self->cycle >> 4u) & 3u) << 6u)); /* SensorStatus, CycleHigh */
     if (fault == FAULT_RANGE) {
         put_word(&data[2u + (2u * draw(self, 3u))], -32768);
     }

@@ -204,7 +204,7 @@ def test_a_reading_that_the_wire_cannot_carry_is_not_available_instead_of_clampe
     cell = Cell((SensorFault(2, "offset", 0.01, value=1e4),))
     cell.go(10)
     (state,) = cell.heard_of("JointState2")
-    assert (state.signals["SensorStatus"], state.signals["Torque"]) == (15, 0.0)
+    assert (state.signals["SensorStatus"], state.signals["Torque"]) == (3, 0.0)
     cell.robot_bus.shutdown()
     cell.guard_bus.shutdown()
 

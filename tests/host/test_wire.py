@@ -11,7 +11,7 @@ from tauperp.errors import InputError
 from tauperp.wire import E2EStatus, Receiver, Sender, Wire, WireMessage
 
 HEADER = ("CRC", "Counter")
-JOINT = {"SensorStatus": 0, "Position": 0.5, "Velocity": -0.25, "Torque": 12.34}
+JOINT = {"SensorStatus": 0, "CycleHigh": 0, "Position": 0.5, "Velocity": -0.25, "Torque": 12.34}
 
 
 @pytest.fixture(scope="module")
@@ -100,10 +100,10 @@ def test_a_cycle_message_without_its_cycle_is_refused(wire: Wire) -> None:
         ({**JOINT, "Position": 4.0961}, "JointState1.Position: 4.0961 rad is outside"),
         ({**JOINT, "Velocity": -8.2}, "JointState1.Velocity"),
         ({**JOINT, "Torque": -327.68}, "JointState1.Torque"),
-        ({**JOINT, "SensorStatus": 16}, "JointState1.SensorStatus: 16 is outside 0 to 15"),
+        ({**JOINT, "SensorStatus": 4}, "JointState1.SensorStatus: 4 is outside 0 to 3"),
         ({**JOINT, "Torque": float("nan")}, "nan is not a number that a frame can carry"),
         ({**JOINT, "Torque": float("inf")}, "inf is not a number that a frame can carry"),
-        ({"Position": 0.0, "Velocity": 0.0, "Torque": 0.0}, "signal SensorStatus is missing"),
+        ({"CycleHigh": 0, "Position": 0.0, "Velocity": 0.0, "Torque": 0.0}, "signal SensorStatus is missing"),
         ({**JOINT, "Mass": 1.0}, "no signal Mass to set"),
         ({**JOINT, "Counter": 1}, "no signal Counter to set"),
     ],

@@ -153,7 +153,8 @@ static inline can_frame_t joint_frame(const bench_t *bench, uint32_t joint) {
     put16(data + 2, bench->position[joint]);
     put16(data + 4, bench->velocity[joint]);
     put16(data + 6, bench->torque[joint]);
-    return sealed(joint, data, bench->sensor_status[joint], (uint8_t)(bench->cycle & 0x0Fu));
+    const uint32_t high = (uint32_t)(bench->cycle >> 4) & 3u;
+    return sealed(joint, data, (uint8_t)(bench->sensor_status[joint] | (high << 2)), (uint8_t)(bench->cycle & 0x0Fu));
 }
 
 static inline can_frame_t reset_frame(bench_t *bench, uint8_t trip, bool request) {

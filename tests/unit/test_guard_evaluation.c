@@ -216,6 +216,31 @@ static void test_silence_faults_and_the_board_raise_the_category_of_a_stop(void)
     }
 }
 
+static void test_readings_that_are_late_by_multiples_of_sixteen_cycles_are_late(void) {
+    for (uint32_t late = 16u; late <= 48u; late += 16u) {
+        start(&bench);
+        run_until_permitted(&bench);
+        uint32_t taken = 0;
+        while (bench.out.permitted && (taken < 100u)) {
+            next_cycle(&bench);
+            receive(&bench, sync_frame(&bench));
+            receive(&bench, task_frame(&bench));
+            for (uint32_t i = 0; i < JOINTS; ++i) {
+                const uint16_t now = bench.cycle;
+                bench.cycle = (uint16_t)((i == 4u) ? (now - late) : now);
+                const can_frame_t frame = joint_frame(&bench, i);
+                bench.cycle = now;
+                receive(&bench, frame);
+            }
+            tick(&bench);
+            ++taken;
+        }
+        assert_stopped(&bench, GUARD_REASON_JOINT_TIMEOUT, 5u);
+        TEST_ASSERT_EQUAL(DEADLINE_CYCLES + 1u, taken);
+        TEST_ASSERT_TRUE(bench.guard.counters.late_frames >= DEADLINE_CYCLES);
+    }
+}
+
 /* --- time --------------------------------------------------------------------------------------------------------- */
 
 /* A robot whose cycles take `cycle_us` of guard time instead of a period; true if the guard still permits. */
@@ -400,6 +425,7 @@ int main(void) {
     RUN_TEST(test_a_second_collision_raises_the_category_with_a_new_number);
     RUN_TEST(test_a_collision_that_goes_on_is_not_a_second_one);
     RUN_TEST(test_silence_faults_and_the_board_raise_the_category_of_a_stop);
+    RUN_TEST(test_readings_that_are_late_by_multiples_of_sixteen_cycles_are_late);
     RUN_TEST(test_time_and_cycles_must_agree_within_a_quarter);
     RUN_TEST(test_a_clock_that_stands_is_a_fault);
     RUN_TEST(test_a_task_command_of_another_cycle_is_late);

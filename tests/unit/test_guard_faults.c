@@ -73,7 +73,8 @@ static void test_a_flipped_bit_of_the_state_is_a_fault(void) {
 static void test_a_residual_that_is_no_number_is_a_fault(void) {
     run_until_permitted(&bench);
 #ifdef TAUPERP_FIXED
-    bench.guard.observer.residual[4] = INT32_MIN; /* every pattern is a number there; the largest is beyond every limit */
+    bench.guard.observer.residual[4] =
+        INT32_MIN; /* every pattern is a number there; the largest is beyond every limit */
     cycle(&bench);
     cycle(&bench);
     assert_stopped(&bench, GUARD_REASON_RESIDUAL_LIMIT, 5u);

@@ -40,7 +40,7 @@ void cycle_encode(cycle_frames_t *self, const guard_config_t *config, const benc
 
     for (uint32_t i = 0; i < config->robot.joint_count; ++i) {
         const uint32_t slot = PROTOCOL_RECEIVE_JOINT_STATE + i;
-        frame = next(self, config, slot, SENSOR_OK);
+        frame = next(self, config, slot, SENSOR_OK | ((((uint32_t)cycle >> 4) & 3u) << 2));
         put(&frame->data[2], state->position[i], PROTOCOL_JOINT_STATE_POSITION_SCALE);
         put(&frame->data[4], state->velocity[i], PROTOCOL_JOINT_STATE_VELOCITY_SCALE);
         put(&frame->data[6], state->torque[i], PROTOCOL_JOINT_STATE_TORQUE_SCALE);

@@ -37,7 +37,7 @@ _SIGNALS = {
     "Sync": ("Cycle",),
     "TaskCommand": ("Task", "AccelX", "AccelY", "AccelZ"),
     "GuardReset": ("Request", "TripNumber"),
-    "JointState": ("SensorStatus", "Position", "Velocity", "Torque"),
+    "JointState": ("CycleHigh", "Position", "Velocity", "Torque"),
 }  # in the order that host/kernel/frames.c takes
 
 
