@@ -180,6 +180,7 @@ static kernel_status_t collide(bench_t *bench, plant_t *plant, kernel_result_t *
         const double now_s = (k + 1u) * period_s;
         plant_read(plant, first + 1u + k, &reading);
         if (!session_cycle(&bench->session, first + 1u + k, run->task, plant->tip_acceleration, &reading)) {
+            note_stop(&bench->session, now_s, push.force_n, result);
             return KERNEL_OFF_WIRE;
         }
         const bool struck = !isnan(result->onset_s);

@@ -10,6 +10,14 @@
 
 /* --- masses ------------------------------------------------------------------------------------------------------- */
 
+static void attach(const kernel_setup_t *setup, const kernel_run_t *run, mjModel *model) {
+    model->body_mass[setup->payload] = run->payload_mass;
+    for (int axis = 0; axis < 3; ++axis) {
+        model->body_ipos[3 * setup->payload + axis] = run->payload_com[axis];
+        model->body_inertia[3 * setup->payload + axis] = run->payload_inertia[axis];
+    }
+}
+
 static void load_masses(const kernel_setup_t *setup, const kernel_run_t *run, mjModel *model, mjData *data) {
     for (uint32_t i = 0; i < setup->joints; ++i) {
         const int body = setup->body[i];
@@ -18,11 +26,7 @@ static void load_masses(const kernel_setup_t *setup, const kernel_run_t *run, mj
             model->body_inertia[3 * body + axis] = setup->inertia[i][axis] * run->mass_scale[i];
         }
     }
-    model->body_mass[setup->payload] = run->payload_mass;
-    for (int axis = 0; axis < 3; ++axis) {
-        model->body_ipos[3 * setup->payload + axis] = run->payload_com[axis];
-        model->body_inertia[3 * setup->payload + axis] = run->payload_inertia[axis];
-    }
+    attach(setup, run, model);
     if (run->push == KERNEL_CONTACT) {
         model->body_mass[setup->hand_body] = run->part_mass;
         model->geom_size[3 * setup->hand_geom] = run->part_radius;
@@ -49,6 +53,9 @@ void plant_start(plant_t *self, const kernel_setup_t *setup, const kernel_run_t 
                  mjData *nominal) {
     *self = (plant_t){.setup = setup, .run = run, .model = model, .data = data, .nominal = nominal};
     load_masses(setup, run, model, data);
+    /* The controller knows its payload, as robots do that are told of it; the guard does not. */
+    attach(setup, run, (mjModel *)setup->nominal);
+    mj_setConst((mjModel *)setup->nominal, nominal);
     mj_resetData(model, data);
     for (uint32_t i = 0; i < setup->joints; ++i) {
         data->qpos[i] = run->start[i];

@@ -28,6 +28,7 @@ MOST_TRIES = 200
 RANGE_SHARE = 0.96  # of a joint's range that a motion may use
 SETTLED_S = 0.35  # from the start of the motion to the earliest collision
 WATCHED_S = 0.35  # from the end of the latest push to the end of the run
+WIRE_RAD, WIRE_RAD_S = 4.0, 8.0  # what JointState can carry, with room for noise
 ROD_RADIUS_M = 0.02
 BALL_RADIUS_M = 0.05
 
@@ -53,6 +54,7 @@ def arm_of(robot: Robot) -> Arm:
     dynamics = Dynamics(robot)
     low = np.array([joint.position_min for joint in robot.joints])
     high = np.array([joint.position_max for joint in robot.joints])
+    low, high = np.maximum(low, -WIRE_RAD), np.minimum(high, WIRE_RAD)
     middle, half = (low + high) / 2, RANGE_SHARE * (high - low) / 2
     speed = np.array([joint.velocity_max for joint in robot.joints])
     return Arm(
@@ -61,7 +63,7 @@ def arm_of(robot: Robot) -> Arm:
         home(robot, dynamics),
         middle - half,
         middle + half,
-        np.minimum(speed, 8.0),
+        np.minimum(speed, WIRE_RAD_S),
         -robot.gravity / max(float(np.linalg.norm(robot.gravity)), 1e-9),
     )
 

@@ -100,7 +100,7 @@ class Collision(Table):
 
 
 class Payload(Table):
-    """What the arm carries in task `payload`, unknown to the guard: a ball, or a rod across the flange."""
+    """What the arm carries in task `payload`: a ball, or a rod across the flange. The guard does not know of it."""
 
     mass_kg: NotNegativeRange = (0.0, 3.0)
     com_m: NotNegativeRange = (0.0, 0.1)  # distance of its centre from the end-effector point

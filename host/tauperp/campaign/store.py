@@ -87,7 +87,10 @@ class Store:
         table = pa.Table.from_arrays(arrays, names=list(columns)).replace_schema_metadata({DIGEST: self._digest})
         packed = io.BytesIO()
         parquet.write_table(table, packed, compression="zstd")
-        write_atomically(self._path(shard), packed.getvalue())
+        try:
+            write_atomically(self._path(shard), packed.getvalue())
+        except OSError as error:  # of a write, which names no file
+            raise OSError(error.errno, error.strerror, str(self._path(shard))) from error
 
     def read(self, shards: list[Shard]) -> Rows:
         """The rows of these shards, in their order, as a structured array."""
