@@ -6,6 +6,9 @@ from typing import Any
 
 from tauperp.config import NUMERICS, TASKS, Configuration, Numeric, load_configuration
 from tauperp.files import write_atomically
+from tauperp.firmware import reaction_us
+
+REACTION_WARNING_MS = 200
 
 HELP = """Check the TOML file of one installation and make the guard's configuration block from it: robot table,
 thresholds, gains, timing and stop categories, with a CRC-32. Without -o it only checks."""
@@ -26,17 +29,18 @@ def run(args: argparse.Namespace) -> int:
     block = configuration.block(args.numeric)
     if args.output:
         write_atomically(args.output, block)
-    summary = _summary(configuration, args.numeric, len(block))
+    summary = _summary(configuration, args.numeric, block)
     print(json.dumps(summary, indent=2) if args.json else _table(summary))
     return 0
 
 
-def _summary(configuration: Configuration, numeric: Numeric, size: int) -> dict[str, Any]:
+def _summary(configuration: Configuration, numeric: Numeric, block: bytes) -> dict[str, Any]:
     settings = configuration.settings
     return {
         "configuration": configuration.source,
         "crc": f"{configuration.crc(numeric):08x}",
-        "bytes": size,
+        "bytes": len(block),
+        "reaction_ms": round(reaction_us(block) / 1000, 1),
         "numeric": numeric,
         "wire_crc": f"{configuration.wire.crc:08x}",
         "robot": configuration.robot.name,
@@ -74,6 +78,9 @@ def _table(summary: dict[str, Any]) -> str:
         lines.append(f"{name:<9}{task['index']:<7}{task['debounce_ticks']:<10}{text}")
     deadlines = ", ".join(f"{kind} {cycles}" for kind, cycles in summary["deadline_cycles"].items())
     lines.append(f"deadlines in cycles: {deadlines}; tick budget {summary['tick_budget_us']} us")
+    reaction = f"worst-case reaction {summary['reaction_ms']:g} ms from a step of twice a threshold to the stop frame"
+    slow = summary["reaction_ms"] > REACTION_WARNING_MS
+    lines.append(reaction + (f": longer than {REACTION_WARNING_MS} ms, a person may be hurt by then" if slow else ""))
     lines.append(
         f"block {summary['crc']}, {summary['bytes']} bytes, {summary['numeric']}, for wire {summary['wire_crc']}"
     )

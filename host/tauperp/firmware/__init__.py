@@ -11,7 +11,7 @@ Both call the shared library that `make library` builds; nothing of the mathemat
 """
 
 from tauperp.firmware.core import Core, Projection, Step, Terms
-from tauperp.firmware.guard import Guard, Reason, State, Verdict
+from tauperp.firmware.guard import Guard, Reason, Start, State, Variant, Verdict, reaction_us
 from tauperp.firmware.library import Library, load_library
 
 __all__ = [
@@ -20,9 +20,12 @@ __all__ = [
     "Library",
     "Projection",
     "Reason",
+    "Start",
     "State",
     "Step",
     "Terms",
+    "Variant",
     "Verdict",
     "load_library",
+    "reaction_us",
 ]

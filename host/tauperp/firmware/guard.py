@@ -246,6 +246,19 @@ class Guard:
         )
 
 
+def reaction_us(block: bytes) -> int:
+    """Worst-case time from a step of torque of twice a threshold to the stop frame, us (config_reaction_us).
+
+    Raises InputError if the firmware refuses the block, with the firmware's reason.
+    """
+    library = load_library(_numeric_of(block))
+    config = library.load_block(block)
+    status = int(library.lib.config_check(config))
+    if status != _GUARD_OK:
+        raise InputError(f"configuration block: {_REFUSALS.get(status, f'refused with status {status}')}")
+    return int(library.lib.config_reaction_us(config))
+
+
 def _numeric_of(block: bytes) -> Numeric:
     """Which build the block was made for; a block that does not say goes to the float build, which refuses it."""
     number = int.from_bytes(block[_NUMERIC_OFFSET : _NUMERIC_OFFSET + 4], "little")
