@@ -14,10 +14,10 @@ static bool ratio_is_greater(num_t a, num_t b, num_t c, num_t d) {
 /* The channel nearest to its threshold at one joint. True if it is above. */
 static bool look_at_joint(detector_t *self, const detector_config_t *task, const bank_t *bank, uint32_t i) {
     bool found = false;
-    for (uint32_t c = 0; c < BANK_MAX_CHANNELS; ++c) {
+    for (uint32_t c = 0; (c < BANK_MAX_CHANNELS) && ((task->channels >> c) != 0u); ++c) {
+        const bool watched = (task->channels & (1u << c)) != 0u;
         const num_t value = bank->channel[c].output[i];
         const num_t threshold = task->threshold_nm[c][i];
-        const bool watched = (task->channels & (1u << c)) != 0u;
         if (watched && (!found || ratio_is_greater(num_abs(value), threshold, num_abs(self->value_nm[i]),
                                                    self->threshold_nm[i]))) {
             self->value_nm[i] = value;

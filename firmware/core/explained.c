@@ -11,87 +11,50 @@ void explained_init(explained_t *self) {
 
 /* --- the estimate ------------------------------------------------------------------------------------------------- */
 
-/* A^T A + s^2 I = L D L^T, worked out in place: the lower triangle becomes L, the diagonal D. */
-typedef struct {
-    num_t entry[COLUMNS][COLUMNS];
-} normal_t;
-
-static num_t dot(const num_t a[], const num_t b[], uint32_t *saturations) {
-    num_wide_t sum = num_widen(NUM(0));
+/* One column: w_c + (a . rest - s^2 w_c) / (a . a + s^2), and what that takes out of the rest. */
+NUM_STEP num_t descend(const num_t column[], num_t w, num_t soft, num_t rest[], uint32_t *held) {
+    num_wide_t along = num_widen(NUM(0));
+    num_wide_t square = num_widen(soft);
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
-        sum += num_wide(a[i], b[i]);
+        along += num_wide(column[i], rest[i]);
+        square += num_wide(column[i], column[i]);
     }
-    return num_narrow(sum, saturations);
+    const num_t change = num_div(num_narrow(along - num_wide(soft, w), held), num_narrow(square, held), held);
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+        rest[i] = num_narrow(num_widen(rest[i]) - num_wide(change, column[i]), held);
+    }
+    return num_add(w, change, held);
 }
 
-static void fill(normal_t *normal, const index_t *index, num_t softness, uint32_t *saturations) {
-    for (uint32_t row = 0; row < index->columns; ++row) {
-        for (uint32_t c = 0; c <= row; ++c) {
-            normal->entry[row][c] = dot(index->column[row], index->column[c], saturations);
+/* One sweep over the columns, from the coefficients of the tick before: the arm turns little in between. */
+static void sweep(explained_t *self, const index_t *index, num_t soft, uint32_t *held) {
+    num_t rest[ROBOT_JOINTS];
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+        num_wide_t sum = num_widen(self->torque[i]);
+        for (uint32_t c = 0; c < index->columns; ++c) {
+            sum -= num_wide(self->coefficient[c], index->column[c][i]);
         }
-        normal->entry[row][row] =
-            num_add(normal->entry[row][row], num_mul(softness, softness, saturations), saturations);
+        rest[i] = num_narrow(sum, held);
     }
-}
-
-/* Each pivot is at least s^2 but for rounding; held there, so that nothing is divided by zero. */
-static void factor(normal_t *normal, uint32_t columns, num_t least, uint32_t *saturations) {
-    for (uint32_t c = 0; c < columns; ++c) {
-        num_t scaled[COLUMNS];
-        num_t pivot = normal->entry[c][c];
-        for (uint32_t k = 0; k < c; ++k) {
-            scaled[k] = num_mul(normal->entry[c][k], normal->entry[k][k], saturations);
-            pivot = num_subtract(pivot, num_mul(scaled[k], normal->entry[c][k], saturations), saturations);
-        }
-        pivot = num_max(pivot, least);
-        normal->entry[c][c] = pivot;
-        for (uint32_t row = c + 1u; row < columns; ++row) {
-            num_t sum = normal->entry[row][c];
-            for (uint32_t k = 0; k < c; ++k) {
-                sum = num_subtract(sum, num_mul(normal->entry[row][k], scaled[k], saturations), saturations);
-            }
-            normal->entry[row][c] = num_div(sum, pivot, saturations);
-        }
-    }
-}
-
-static void solve(const normal_t *normal, uint32_t columns, num_t x[], uint32_t *saturations) {
-    for (uint32_t row = 0; row < columns; ++row) {
-        for (uint32_t c = 0; c < row; ++c) {
-            x[row] = num_subtract(x[row], num_mul(normal->entry[row][c], x[c], saturations), saturations);
-        }
-    }
-    for (uint32_t up = columns; up > 0u; --up) {
-        const uint32_t row = up - 1u;
-        x[row] = num_div(x[row], normal->entry[row][row], saturations);
-        for (uint32_t below = up; below < columns; ++below) {
-            x[row] = num_subtract(x[row], num_mul(normal->entry[below][row], x[below], saturations), saturations);
-        }
-    }
-}
-
-static void estimate(const index_t *index, num_t softness, num_t x[], uint32_t *saturations) {
-    normal_t normal;
     for (uint32_t c = 0; c < index->columns; ++c) {
-        x[c] = dot(index->column[c], index->explained, saturations);
+        self->coefficient[c] = descend(index->column[c], self->coefficient[c], soft, rest, held);
     }
-    fill(&normal, index, softness, saturations);
-    factor(&normal, index->columns, num_mul(softness, softness, saturations), saturations);
-    solve(&normal, index->columns, x, saturations);
 }
 
-/* Of y the coefficients need the observer's low-pass; r has had it. */
+/* Of y the explained torque needs the observer's low-pass; r has had it. */
 static void track(explained_t *self, const subspace_config_t *config, const observer_t *observer,
                   const index_config_t *task, const index_t *index) {
-    const bool same = (self->task.kind == task->kind) && (self->task.components == task->components);
-    const bool filtered = (config->order == (uint32_t)ORDER_FILTER_FIRST);
-    const num_t decay = (same && !filtered) ? observer->decay : NUM(0);
-    num_t x[COLUMNS] = {NUM(0)};
     uint32_t held = 0; /* a coefficient at the end of its range is beyond every limit: no reason to distrust the rest */
-    estimate(index, config->softness, x, &held);
-    for (uint32_t c = 0; c < (uint32_t)COLUMNS; ++c) {
-        self->coefficient[c] = num_narrow(num_wide(decay, self->coefficient[c]) + num_widen(x[c]), &held);
+    const bool same = (self->task.kind == task->kind) && (self->task.components == task->components);
+    const bool filtered = config->order == (uint32_t)ORDER_FILTER_FIRST;
+    const num_t decay = (same && !filtered) ? observer->decay : NUM(0);
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+        self->torque[i] = num_narrow(num_wide(decay, self->torque[i]) + num_widen(index->explained[i]), &held);
     }
+    for (uint32_t c = 0; c < (uint32_t)COLUMNS; ++c) {
+        self->coefficient[c] = (same && (c < index->columns)) ? self->coefficient[c] : NUM(0);
+    }
+    sweep(self, index, num_mul(config->softness, config->softness, &held), &held);
     self->task = *task;
 }
 

@@ -29,7 +29,7 @@ static inline uint32_t token_bits(const num_t values[], uint32_t count) {
     for (uint32_t i = 0; i < count; ++i) {
         uint32_t word;
         __builtin_memcpy(&word, &values[i], sizeof(word));
-        bits = (bits * 31u) + word;
+        bits = (bits << 1) + word;
     }
     return bits;
 }

@@ -133,9 +133,8 @@ static event_t input_event(const guard_t *self, input_t missing, bool saturated)
 }
 
 /* An input that cannot be trusted comes first: an index of it means nothing. */
-static event_t find_event(const guard_t *self, input_t missing, bool saturated) {
-    const event_t input = input_event(self, missing, saturated);
-    return (input.reason != GUARD_REASON_NONE) ? input : contact_event(self);
+static event_t find_event(const guard_t *self, const event_t *input) {
+    return (input->reason != GUARD_REASON_NONE) ? *input : contact_event(self);
 }
 
 /* --- states ------------------------------------------------------------------------------------------------------- */
@@ -145,8 +144,8 @@ static bool is_touched(const guard_t *self) {
 }
 
 /* Every input is good and nothing above its limits; keeps the time since when. */
-static void track_health(guard_t *self, input_t missing, bool saturated, uint64_t now_us) {
-    const bool healthy = (input_event(self, missing, saturated).reason == GUARD_REASON_NONE) && !is_touched(self);
+static void track_health(guard_t *self, const event_t *input, uint64_t now_us) {
+    const bool healthy = (input->reason == GUARD_REASON_NONE) && !is_touched(self);
     if (healthy && !self->healthy) {
         self->healthy_since_us = now_us;
     }
@@ -161,19 +160,18 @@ static bool is_reset(const guard_t *self) {
     return self->inputs.edge && (self->inputs.requested_trip == self->trip.number);
 }
 
-static void while_monitoring(guard_t *self, input_t missing, bool saturated) {
-    const event_t event = find_event(self, missing, saturated);
+static void while_monitoring(guard_t *self, const event_t *input) {
+    const event_t event = find_event(self, input);
     if (event.reason != GUARD_REASON_NONE) {
         trip(self, GUARD_STATE_STOPPED, &event);
     }
 }
 
-static void while_waiting(guard_t *self, input_t missing, bool saturated, uint64_t now_us) {
-    const event_t input = input_event(self, missing, saturated);
+static void while_waiting(guard_t *self, const event_t *input, uint64_t now_us) {
     const event_t contact = contact_event(self);
-    if (reason_class(input.reason) == REASON_BOARD) {
-        trip(self, GUARD_STATE_STOPPED, &input);
-    } else if ((input.reason == GUARD_REASON_NONE) && (contact.reason != GUARD_REASON_NONE)) {
+    if (reason_class(input->reason) == REASON_BOARD) {
+        trip(self, GUARD_STATE_STOPPED, input);
+    } else if ((input->reason == GUARD_REASON_NONE) && (contact.reason != GUARD_REASON_NONE)) {
         trip(self, GUARD_STATE_STOPPED, &contact);
     } else if (self->evaluated && healthy_for_long_enough(self, now_us) && (self->acknowledged || is_reset(self))) {
         self->inputs.edge = self->inputs.edge && self->acknowledged;
@@ -192,16 +190,15 @@ static bool is_passing(guard_reason_t reason) {
 }
 
 /* What a stop of this category does not cover: a worse category, or a second collision while the arm may still move. */
-static event_t worse_event(const guard_t *self, input_t missing, bool saturated) {
-    event_t input = input_event(self, missing, saturated);
+static event_t worse_event(const guard_t *self, const event_t *input) {
     event_t contact = contact_event(self);
     if (contact.reason != GUARD_REASON_NONE) {
         const uint32_t second = self->config->stop_input;
         contact.category = (contact.category < second) ? contact.category : second;
         contact.reason = self->calm ? contact.reason : GUARD_REASON_NONE;
     }
-    if ((input.reason != GUARD_REASON_NONE) && !is_passing(input.reason) && (input.category < self->trip.category)) {
-        return input;
+    if ((input->reason != GUARD_REASON_NONE) && !is_passing(input->reason) && (input->category < self->trip.category)) {
+        return *input;
     }
     if ((contact.reason != GUARD_REASON_NONE) && (contact.category < self->trip.category)) {
         return contact;
@@ -209,16 +206,16 @@ static event_t worse_event(const guard_t *self, input_t missing, bool saturated)
     return (event_t){.reason = GUARD_REASON_NONE};
 }
 
-static void while_stopped(guard_t *self, input_t missing, bool saturated, uint64_t now_us) {
+static void while_stopped(guard_t *self, const event_t *input, uint64_t now_us) {
     self->calm = self->calm || healthy_for_long_enough(self, now_us);
-    const event_t worse = worse_event(self, missing, saturated);
+    const event_t worse = worse_event(self, input);
     if (worse.reason != GUARD_REASON_NONE) {
         trip(self, GUARD_STATE_STOPPED, &worse);
     } else if (is_reset(self) && healthy_for_long_enough(self, now_us)) {
         self->inputs.edge = false;
         self->acknowledged = true;
         enter(self, GUARD_STATE_WAITING);
-        while_waiting(self, missing, saturated, now_us);
+        while_waiting(self, input, now_us);
     } else {
         /* stay */
     }
@@ -242,16 +239,17 @@ static input_t step(guard_t *self, uint64_t now_us) {
     }
     const bool saturated = stages_saturated(self);
     const input_t missing = missing_input(self, now_us);
-    track_health(self, missing, saturated, now_us);
+    const event_t input = input_event(self, missing, saturated);
+    track_health(self, &input, now_us);
     switch ((guard_state_t)self->state) {
     case GUARD_STATE_MONITORING:
-        while_monitoring(self, missing, saturated);
+        while_monitoring(self, &input);
         break;
     case GUARD_STATE_WAITING:
-        while_waiting(self, missing, saturated, now_us);
+        while_waiting(self, &input, now_us);
         break;
     case GUARD_STATE_STOPPED:
-        while_stopped(self, missing, saturated, now_us);
+        while_stopped(self, &input, now_us);
         break;
     case GUARD_STATE_UNINITIALISED:
     case GUARD_STATE_SELF_TEST:

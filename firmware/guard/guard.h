@@ -243,7 +243,7 @@ typedef struct {
     bool healthy;
     bool ticked;
     bool over_budget;
-    bool calm; /* healthy for reset_healthy_us since the last trip: a collision now is another one */
+    bool calm;           /* healthy for reset_healthy_us since the last trip: a collision now is another one */
     bool acknowledged;   /* a GuardReset has come since the start */
     uint8_t start_cause; /* guard_start_t */
     uint8_t restarts;

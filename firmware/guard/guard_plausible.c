@@ -31,21 +31,33 @@ static void start(plausibility_t *self, uint32_t joints, const snapshot_t *snaps
     self->started = true;
 }
 
-/* The integrated velocity, and what the error may be: all in rad. One product of the observer's constants stands for
- * the time: gain / momentum_gain is the length of the step in s. */
-static bool agrees(plausibility_t *self, uint32_t i, const snapshot_t *snapshot, const observer_config_t *gains,
-                   uint32_t gap) {
+/* Of one step, the same for every joint. */
+typedef struct {
+    num_t decay;
+    num_t half;  /* of the step's length, s */
+    num_t late;  /* LATE_CYCLES of it, s */
+    num_t bound; /* of the error of a joint that stands, rad */
+} step_t;
+
+/* gain / momentum_gain is the length of a step in s, 1 / momentum_gain of one cycle about 1/K. */
+static step_t step_of(const observer_config_t *gains, uint32_t gap) {
     uint32_t held = 0;
     const num_t span = num_div(gains->gain[gap - 1u], gains->momentum_gain[gap - 1u], &held);
-    const num_t memory = num_div(NUM(1), gains->momentum_gain[0], &held); /* about 1/K */
+    const num_t memory = num_div(NUM(1), gains->momentum_gain[0], &held);
+    return (step_t){.decay = gains->decay[gap - 1u],
+                    .half = num_mul(span, NUM(0.5), &held),
+                    .late = num_mul(span, LATE_CYCLES, &held),
+                    .bound = num_add(JUMP_RAD, num_mul(VELOCITY_RAD_S, memory, &held), &held)};
+}
+
+static bool agrees(plausibility_t *self, uint32_t i, const snapshot_t *snapshot, const step_t *step) {
+    uint32_t held = 0;
     const num_t sum = num_add(self->velocity[i], snapshot->velocity[i], &held);
     const num_t moved = num_subtract(snapshot->position[i], self->position[i], &held);
-    const num_t unexpected = num_subtract(moved, num_mul(num_mul(span, NUM(0.5), &held), sum, &held), &held);
     self->error_rad[i] =
-        num_narrow(num_wide(gains->decay[gap - 1u], self->error_rad[i]) + num_widen(unexpected), &held);
+        num_narrow(num_wide(step->decay, self->error_rad[i]) + num_widen(moved) - num_wide(step->half, sum), &held);
     const num_t fastest = num_max(num_abs(self->velocity[i]), num_abs(snapshot->velocity[i]));
-    const num_t late = num_mul(num_mul(span, LATE_CYCLES, &held), fastest, &held);
-    const num_t bound = num_add(num_add(JUMP_RAD, num_mul(VELOCITY_RAD_S, memory, &held), &held), late, &held);
+    const num_t bound = num_narrow(num_widen(step->bound) + num_wide(step->late, fastest), &held);
     return num_abs(self->error_rad[i]) <= bound;
 }
 
@@ -70,8 +82,9 @@ void plausibility_step(plausibility_t *self, const observer_config_t *gains, uin
         start(self, joints, snapshot, motion);
         return;
     }
+    const step_t step = step_of(gains, gap);
     for (uint32_t i = 0; i < joints; ++i) {
-        const bool plausible = agrees(self, i, snapshot, gains, gap);
+        const bool plausible = agrees(self, i, snapshot, &step);
         const bool frozen = is_frozen(self, i, snapshot, motion);
         if ((self->fault == 0u) && !(plausible && !frozen)) {
             self->fault = plausible ? (uint32_t)GUARD_REASON_FROZEN : (uint32_t)GUARD_REASON_IMPLAUSIBLE;

@@ -7,9 +7,11 @@
  * above CLEAR times the tolerance or below 1 / ABSENT of it: in between, methods may rightly differ about the rank, and
  * a QR drops a direction that is only nearly the singular one.
  */
+#include "config.h"
 #include "peer.h"
 #include "report.h"
 #include "states.h"
+#include "vec3.h"
 
 #define STATES 10000u
 #define SEED   20240229u
@@ -24,8 +26,8 @@ typedef struct {
 } agreement_t;
 
 typedef void motion_function_t(motion_t *, const robot_t *, const float[], const float[]);
-typedef void index_function_t(index_t *, const subspace_config_t *, index_kind_t, const robot_t *, const motion_t *,
-                              const observer_t *, vec3_t);
+typedef void index_function_t(index_t *, const subspace_config_t *, const index_config_t *, const robot_t *,
+                              const motion_t *, const observer_t *, const acceleration_t *);
 
 enum { SVD, QR, PROJECTIONS };
 static const char *const PROJECTION_NAMES[PROJECTIONS] = {"eigen_svd", "eigen_qr"};
@@ -77,13 +79,13 @@ static void agree_on_motion(const char *peer, motion_function_t *function) {
     }
 }
 
-static bool is_clear(const motion_t *motion, index_kind_t kind, const bench_state_t *state, const float tau[]) {
+static bool is_clear(const motion_t *motion, index_kind_t kind, const acceleration_t *acceleration, const float tau[]) {
     static const float down[3] = {0.0F, 0.0F, -1.0F};
     const float tolerance = board_config.subspace.tolerance;
     float singular[PEER_COLUMNS];
     float rejected[ROBOT_MAX_JOINTS];
     const peer_task_t task = {.jacobian = &motion->jacobian[0][0],
-                              .acceleration = (kind == INDEX_PAYLOAD) ? &state->acceleration.x : 0,
+                              .acceleration = (kind == INDEX_PAYLOAD) ? &acceleration->sideways.x : 0,
                               .down = down,
                               .lever = board_config.subspace.lever_m,
                               .tolerance = tolerance};
@@ -97,11 +99,22 @@ static bool is_clear(const motion_t *motion, index_kind_t kind, const bench_stat
     return true;
 }
 
+static acceleration_t sideways_of(const bench_state_t *state) {
+    static const vec3_t down = {0.0F, 0.0F, -1.0F};
+    uint32_t saturations = 0;
+    const vec3_t across = vec3_across(state->acceleration, down, &saturations);
+    return (acceleration_t){.sideways = vec3_unit(across, &saturations)};
+}
+
 static void agree_on_index(const char *quantity, index_kind_t kind) {
     static motion_t motion;
     static observer_t observer;
     static index_t ours, theirs;
     const uint32_t n = board_config.robot.joint_count;
+    const index_config_t row = {.kind = (uint32_t)kind,
+                                .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
+    subspace_config_t config = board_config.subspace;
+    config.order = (uint32_t)ORDER_FILTER_FIRST; /* of r, as the peers do */
     agreement_t agreement[PROJECTIONS] = {{0}};
     random_t random = {SEED};
     bench_state_t state = {0};
@@ -114,15 +127,15 @@ static void agree_on_index(const char *quantity, index_kind_t kind) {
             observer.residual[joint] = state.torque[joint];
         }
         observer.decay = board_config.observer.decay[0];
-        if (!is_clear(&motion, kind, &state, observer.residual)) {
+        const acceleration_t acceleration = sideways_of(&state);
+        if (!is_clear(&motion, kind, &acceleration, observer.residual)) {
             continue;
         }
-        index_init(&ours); /* a basis of this instant alone, as the peers' is */
-        index_step(&ours, &board_config.subspace, kind, &board_config.robot, &motion, &observer, state.acceleration);
+        index_init(&ours);
+        index_step(&ours, &config, &row, &board_config.robot, &motion, &observer, &acceleration);
         for (uint32_t p = 0; p < PROJECTIONS; ++p) {
-            PROJECTION[p](&theirs, &board_config.subspace, kind, &board_config.robot, &motion, &observer,
-                          state.acceleration);
-            compare(&agreement[p], ours.value, theirs.value, observer.residual, n);
+            PROJECTION[p](&theirs, &config, &row, &board_config.robot, &motion, &observer, &acceleration);
+            compare(&agreement[p], ours.unexplained, theirs.unexplained, observer.residual, n);
         }
     }
     for (uint32_t p = 0; p < PROJECTIONS; ++p) {

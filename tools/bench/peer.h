@@ -1,8 +1,8 @@
 /* peer: what a user would take instead of our core, in place of its two functions that cost: motion_step by CasADi's
  * generated C or by Pinocchio, index_step by Eigen's singular value decomposition or its pivoted QR.
  *
- * The observer, the detector and, in a whole tick, the guard around them are ours. The peers do the published method
- * and no more: the basis of this very instant, no low-pass on it, no hand-over when the task changes. Float only.
+ * The observer, the detector and, in a whole tick, the guard around them are ours. The peers project and no more: they
+ * do not estimate what is explained, so no limit holds it. Float only.
  */
 #ifndef TAUPERP_BENCH_PEER_H
 #define TAUPERP_BENCH_PEER_H
@@ -18,10 +18,11 @@ extern "C" {
 #else
 void peer_casadi_motion_step(motion_t *self, const robot_t *robot, const float q[], const float qd[]);
 void peer_pinocchio_motion_step(motion_t *self, const robot_t *robot, const float q[], const float qd[]);
-void peer_svd_index_step(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
-                         const motion_t *motion, const observer_t *observer, vec3_t acceleration);
-void peer_qr_index_step(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
-                        const motion_t *motion, const observer_t *observer, vec3_t acceleration);
+void peer_svd_index_step(index_t *self, const subspace_config_t *config, const index_config_t *row,
+                         const robot_t *robot, const motion_t *motion, const observer_t *observer,
+                         const acceleration_t *acceleration);
+void peer_qr_index_step(index_t *self, const subspace_config_t *config, const index_config_t *row, const robot_t *robot,
+                        const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration);
 #endif
 
 /* A task: the desired acceleration in m/s^2 and the unit vector of gravity, or no acceleration for a task of contact.

@@ -2,47 +2,60 @@
 #include <string.h>
 
 #include "peer.h"
+#include "token.h"
 
-static void finish(index_t *self, index_kind_t kind, unsigned rank) {
-    self->kind = (uint32_t)kind;
+static const float *torque_of(const subspace_config_t *config, const observer_t *observer) {
+    return (config->order == (uint32_t)ORDER_PROJECT_FIRST) ? observer->update : observer->residual;
+}
+
+static void finish(index_t *self, const index_config_t *row, const acceleration_t *acceleration, unsigned rank) {
+    self->token = token_next(acceleration->token, TOKEN_INDEX, 0u);
+    self->columns = 0; /* what is explained has no limits here */
+
+    self->kind = row->kind;
     self->subspace.rank = rank;
     self->subspace.converged = true;
 }
 
 static peer_task_t task_of(const subspace_config_t *config, index_kind_t kind, const motion_t *motion,
-                           const vec3_t *acceleration) {
+                           const vec3_t *sideways) {
     static const float down[3] = {0.0F, 0.0F, -1.0F}; /* an upright arm: fixed when the program is written */
     return (peer_task_t){.jacobian = &motion->jacobian[0][0],
-                         .acceleration = (kind == INDEX_PAYLOAD) ? &acceleration->x : 0,
+                         .acceleration = (kind == INDEX_PAYLOAD) ? &sideways->x : 0,
                          .down = down,
                          .lever = config->lever_m,
                          .tolerance = config->tolerance};
 }
 
-void peer_svd_index_step(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
-                         const motion_t *motion, const observer_t *observer, vec3_t acceleration) {
+void peer_svd_index_step(index_t *self, const subspace_config_t *config, const index_config_t *row,
+                         const robot_t *robot, const motion_t *motion, const observer_t *observer,
+                         const acceleration_t *acceleration) {
+    const index_kind_t kind = (index_kind_t)row->kind;
+    const float *const torque = torque_of(config, observer);
     (void)robot;
     if ((kind != INDEX_PAYLOAD) && (kind != INDEX_CONTACT)) {
-        memcpy(self->value, observer->residual, sizeof(self->value));
-        finish(self, kind, 0);
+        memcpy(self->unexplained, torque, sizeof(self->unexplained));
+        finish(self, row, acceleration, 0);
         return;
     }
     float singular[PEER_COLUMNS];
-    const peer_task_t task = task_of(config, kind, motion, &acceleration);
-    const unsigned rank = peer_svd_project(&task, observer->residual, self->value, singular);
-    finish(self, kind, rank);
+    const peer_task_t task = task_of(config, kind, motion, &acceleration->sideways);
+    const unsigned rank = peer_svd_project(&task, torque, self->unexplained, singular);
+    finish(self, row, acceleration, rank);
 }
 
-void peer_qr_index_step(index_t *self, const subspace_config_t *config, index_kind_t kind, const robot_t *robot,
-                        const motion_t *motion, const observer_t *observer, vec3_t acceleration) {
+void peer_qr_index_step(index_t *self, const subspace_config_t *config, const index_config_t *row, const robot_t *robot,
+                        const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration) {
+    const index_kind_t kind = (index_kind_t)row->kind;
+    const float *const torque = torque_of(config, observer);
     (void)robot;
     if ((kind != INDEX_PAYLOAD) && (kind != INDEX_CONTACT)) {
-        memcpy(self->value, observer->residual, sizeof(self->value));
-        finish(self, kind, 0);
+        memcpy(self->unexplained, torque, sizeof(self->unexplained));
+        finish(self, row, acceleration, 0);
         return;
     }
-    const peer_task_t task = task_of(config, kind, motion, &acceleration);
-    finish(self, kind, peer_qr_project(&task, observer->residual, self->value));
+    const peer_task_t task = task_of(config, kind, motion, &acceleration->sideways);
+    finish(self, row, acceleration, peer_qr_project(&task, torque, self->unexplained));
 }
 
 void peer_pinocchio_motion_step(motion_t *self, const robot_t *robot, const float q[], const float qd[]) {

@@ -1,6 +1,5 @@
 /* stages: the instructions of each stage of the core, for each task, over random states. */
-#include "detector.h"
-#include "index.h"
+#include "config.h"
 #include "report.h"
 #include "states.h"
 
@@ -9,14 +8,27 @@
 
 extern const guard_config_t board_config;
 
-enum { STAGE_MOTION, STAGE_OBSERVER, STAGE_INDEX, STAGE_DETECTOR, STAGE_TOTAL, STAGE_COUNT };
+enum {
+    STAGE_MOTION,
+    STAGE_OBSERVER,
+    STAGE_INDEX,
+    STAGE_EXPLAINED,
+    STAGE_BANK,
+    STAGE_DETECTOR,
+    STAGE_TOTAL,
+    STAGE_COUNT
+};
 
-static const char *const STAGE_NAMES[STAGE_COUNT] = {"motion", "observer", "index", "detector", "total"};
+static const char *const STAGE_NAMES[STAGE_COUNT] = {"motion", "observer", "index", "explained",
+                                                     "bank",   "detector", "total"};
 
 typedef struct {
     motion_t motion;
     observer_t observer;
+    acceleration_t acceleration;
     index_t index;
+    explained_t explained;
+    bank_t bank;
     detector_t detector;
 } core_t;
 
@@ -32,10 +44,17 @@ static void step(const bench_state_t *state, const task_config_t *task, tally_t 
     spent[STAGE_MOTION] = stretch_end();
     observer_step(&core.observer, &config->observer, robot->joint_count, &core.motion, state->torque, 1u);
     spent[STAGE_OBSERVER] = stretch_end();
-    index_step(&core.index, &config->subspace, (index_kind_t)task->index, robot, &core.motion, &core.observer,
-               state->acceleration);
+    acceleration_step(&core.acceleration, &config->acceleration, &config->observer, &core.observer, robot, &core.motion,
+                      state->velocity, state->acceleration, task->limits.mass_max_kg);
+    index_step(&core.index, &config->subspace, &task->index, robot, &core.motion, &core.observer, &core.acceleration);
     spent[STAGE_INDEX] = stretch_end();
-    detector_step(&core.detector, task, robot->joint_count, core.index.value);
+    explained_step(&core.explained, &task->limits, &config->subspace, task->detector.debounce_ticks, robot,
+                   &core.observer, &core.acceleration, &task->index, &core.index);
+    spent[STAGE_EXPLAINED] = stretch_end();
+    bank_step(&core.bank, &config->bank, robot->joint_count, core.observer.gap, core.index.unexplained,
+              core.explained.token);
+    spent[STAGE_BANK] = stretch_end();
+    detector_step(&core.detector, &task->detector, robot->joint_count, &core.bank);
     spent[STAGE_DETECTOR] = stretch_end();
 
     for (uint32_t stage = 0; stage < STAGE_TOTAL; ++stage) {
@@ -52,14 +71,15 @@ static void count_task(const char *name, const task_config_t *task, uint32_t col
     bench_state_t state = {0};
     motion_init(&core.motion);
     observer_init(&core.observer);
+    acceleration_init(&core.acceleration);
     index_init(&core.index);
+    explained_init(&core.explained);
+    bank_init(&core.bank);
     detector_init(&core.detector);
     observer_step(&core.observer, &board_config.observer, board_config.robot.joint_count, &core.motion, state.torque,
                   0u);
     for (uint32_t i = 0; i < STATES; ++i) {
-        if (states_next(&state, &board_config, &random, i)) {
-            index_init(&core.index); /* so that the filtered basis is this state's and not a mean of unrelated ones */
-        }
+        (void)states_next(&state, &board_config, &random, i);
         step(&state, task, tally);
         deficient += (core.index.subspace.rank < columns) ? 1u : 0u;
     }
