@@ -119,7 +119,7 @@ def test_another_seed_gives_other_bits(tmp_path: Path) -> None:
 def test_a_strike_too_soft_for_the_threshold_is_missed_and_said_so(tmp_path: Path) -> None:
     path = tmp_path / "soft.toml"
     strike = "[[phase.strike]]\nlink = 7\ndirection = [1.0, 0.0, 0.0]\npush_n = 2.0\nspeed_m_s = 0.05\n"
-    path.write_text(SHORT.replace("wait_s = 0.3", "wait_s = 3.2") + strike)
+    path.write_text(SHORT.replace("wait_s = 0.3", "wait_s = 3.8") + strike)
     outcome = run_scenario(load_scenario(path))
     (collision,) = outcome.report["collisions"]
     assert collision["contact_s"] is not None

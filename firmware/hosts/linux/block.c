@@ -112,6 +112,12 @@ const char *block_problem(guard_status_t status) {
         return "a stop category is none of 0, 1 and 2";
     case GUARD_BAD_SENSOR:
         return "a sensor's offset or friction is out of its range";
+    case GUARD_BAD_LIMITS:
+        return "a limit on what a task explains is out of its range";
+    case GUARD_BAD_BANK:
+        return "a channel is no filter of gain 1, or a task watches no force that stays";
+    case GUARD_TOO_SLOW:
+        return "the worst-case reaction time is too long";
     case GUARD_STATUS_NONE:
     case GUARD_OK:
     default:

@@ -6,11 +6,18 @@
 
 /* tests/bus holds these against the DBC's value tables. */
 static const char *const STATES[] = {"Uninitialised", "SelfTest", "Waiting", "Monitoring", "Stopped", "Fault"};
-static const char *const REASONS[] = {
-    "Uninitialised",  "None",          "SelfTest",      "WaitingSync",    "WaitingJoint", "WaitingTask", "Collision",
-    "SyncTimeout",    "JointTimeout",  "TaskTimeout",   "TaskInvalid",    "SensorStatus", "InputRange",  "TickLate",
-    "TickOverBudget", "ConfigCorrupt", "StateCorrupt",  "SelfTestFailed", "StageMissed",  "BusOff",      "BusDown",
-    "RxOverflow",     "Shutdown",      "TimeBackwards", "Saturated",      "Settling",     "AnotherGuard"};
+static const char *const REASONS[] = {"Uninitialised", "None",           "SelfTest",       "WaitingSync",
+                                      "WaitingJoint",  "WaitingTask",    "Collision",      "SyncTimeout",
+                                      "JointTimeout",  "TaskTimeout",    "TaskInvalid",    "SensorStatus",
+                                      "InputRange",    "TickLate",       "TickOverBudget", "ConfigCorrupt",
+                                      "StateCorrupt",  "SelfTestFailed", "StageMissed",    "BusOff",
+                                      "BusDown",       "RxOverflow",     "Shutdown",       "TimeBackwards",
+                                      "Saturated",     "Settling",       "AnotherGuard",   "AwaitingReset",
+                                      "Restarted",     "RestartLimit",   "CycleJump",      "ObserverRestart",
+                                      "Implausible",   "Frozen",         "ErrorRate",      "AnotherSender",
+                                      "ClockRate",     "ClockStopped",   "ExplainedForce", "ExplainedMoment",
+                                      "ResidualLimit"};
+_Static_assert(sizeof REASONS / sizeof REASONS[0] == GUARD_REASON_COUNT, "each reason has its name");
 static const char *const TASKS[] = {"Invalid", "None", "Payload", "Contact"};
 
 static const char *pick(const char *const *names, size_t count, uint32_t number) {

@@ -181,6 +181,10 @@ class Guard:
         counters = self._guard.counters
         return {name: int(getattr(counters, name)) for name, _ in self.library.ffi.typeof(counters).fields}
 
+    def assume_reset(self) -> None:
+        """For a guard that joins a bus log in the middle: the reset after the start lies before the log."""
+        self._guard.acknowledged = True
+
     def receive(self, message: can.Message, now_us: int) -> None:
         """Hand over one frame that was received. Error frames are no frames: a real board's controller eats them."""
         if message.is_error_frame:

@@ -120,6 +120,8 @@ class Comparison:
         self._requested = Field.of(self._reset, "TripNumber")
         self._due: deque[can.Message] = deque()
         self._comparing = not origin.joined
+        if origin.joined:
+            self._guard.assume_reset()
         self._trips_ahead = 0  # the log's trip number less the guard's
         self._logged_trip: int | None = None
         self._last_trip = 0

@@ -73,7 +73,10 @@ def look_ahead(frames: Iterator[can.Message], wire: Wire, path: Path) -> tuple[l
     if not stops:
         raise InputError(f"{path}: no StopCommand in its first {len(taken)} frames: there was no guard to compare with")
     first = stops[0].data
-    joined = Field.of(stop, "TripNumber").read(first) != 0 or Field.of(stop, "Reason").read(first) != Reason.SELF_TEST
+    before_the_robot = (Reason.SELF_TEST, Reason.WAITING_SYNC)
+    joined = (
+        Field.of(stop, "TripNumber").read(first) != 0 or Field.of(stop, "Reason").read(first) not in before_the_robot
+    )
 
     def value(page: int, name: str) -> int | None:
         return Field.of(status, name).read(pages[page].data) if page in pages else None

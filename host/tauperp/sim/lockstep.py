@@ -85,6 +85,7 @@ class Lockstep:
         self._node.start(scenario.faults)
         self._job = -1
         self._stood_since = 0.0
+        self._started = False  # the robot has had its first permission
         self._due: list[tuple[float, Hand]] = []
 
     def run(
@@ -202,7 +203,8 @@ class Lockstep:
             except Obstructed as error:
                 raise InputError(f"{self._scenario.source}: {due[1].place}: {error}") from error
             self._due.remove(due)
-        if self._motion.mode not in (Mode.PAUSING, Mode.BRAKED):
+        self._started = self._started or self._node.permitted
+        if not self._started or self._motion.mode not in (Mode.PAUSING, Mode.BRAKED):
             self._stood_since = time_s
         elif time_s >= self._stood_since + REACTION_S:
             for hand in self._hands:

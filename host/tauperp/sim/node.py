@@ -194,7 +194,8 @@ class RobotNode:
         command = self.stop_command
         missing = command is not None and not self.permitted and self.answer is Answer.GOOD
         first = missing and command is not None and command["Reason"] in FIRST_PERMISSION
-        if not (first or (missing and self.motion.wants_reset)):
+        tripped = missing and command is not None and command["TripNumber"] != 0
+        if not (first or (tripped and self.motion.wants_reset)):
             self._reset_cycles = 0
             return
         assert command is not None
