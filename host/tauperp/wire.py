@@ -108,12 +108,14 @@ class WireMessage:
         return tuple(signal.name for signal in self.definition.signals if signal.is_multiplexer)
 
     def encode(self, signals: Mapping[str, float]) -> bytearray:
-        """The frame's bytes with CRC and counter zero.
+        """The frame's bytes with CRC and counter zero, and a joint's CycleHigh zero unless it is given.
 
         Raises InputError for a signal that is missing, unknown, not finite or out of its range.
         """
         if self._packer is None:
             return self._encode_multiplexed(signals)
+        if self.joint:
+            signals = {"CycleHigh": 0, **signals}
         raw = {"CRC": 0, "Counter": 0}
         try:
             for scaling in self._scalings:

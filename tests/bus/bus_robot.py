@@ -15,6 +15,7 @@ POSE_RAD = np.array([0.2, 0.5, -0.3, 0.9, 0.1, 0.6, 0.0])
 STOP_COMMAND, STATUS, INDEX = 0x010, 0x200, 0x201
 CALM_PERIOD_S = 0.05  # of conftest's calm configuration
 FIRST_PERMISSION = (27, 28)  # StopCommand.Reason AwaitingReset, Restarted
+LONGEST_START = 400  # cycles: self-test, settling and health
 PATIENCE_S = 3.0  # for the answer to a cycle
 
 Fault = Callable[[int, list[can.Message]], Sequence[can.Message]]  # cycle, its frames -> what gets to the bus
@@ -108,6 +109,18 @@ class Robot:
             )
             if answered and timeout_s > 0:
                 break
+
+
+def start_in_lockstep(robot: Robot) -> None:
+    """Cycles until the guard wants the first reset, then that reset. Motion is permitted afterwards."""
+    for _ in range(LONGEST_START):
+        robot.step()
+        if robot.answer is not None and robot.answer["Reason"] in FIRST_PERMISSION:
+            break
+    for request in (0, 0, 1):
+        robot.ask_for_reset(request, 0)
+        robot.step()
+    assert robot.permitted
 
 
 def run_until_permitted(process: GuardProcess, robot: Robot) -> int:

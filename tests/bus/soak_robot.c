@@ -191,7 +191,9 @@ static void plan(soak_t *self) {
 }
 
 static void ask_for_reset(soak_t *self) {
-    if (!self->stopped) {
+    const bool first =
+        (self->out.reason == GUARD_REASON_AWAITING_RESET) || (self->out.reason == GUARD_REASON_RESTARTED);
+    if (!self->stopped && !first) {
         self->reset_cycles = 0;
         return;
     }

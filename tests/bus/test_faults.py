@@ -15,14 +15,14 @@ import bus_guard
 import bus_robot
 import can
 import pytest
-from bus_robot import Fault, Robot, copy_of, open_channel
+from bus_robot import Fault, Robot, copy_of, open_channel, start_in_lockstep
 from conftest import Start, run
 
 from tauperp.config import Configuration
 from tauperp.files import write_atomically
 from tauperp.wire import Wire
 
-WARM_UP = 110  # cycles: permission comes after 100 good ones
+WARM_UP = 250  # cycles: the first permission could come after 210 good ones
 LONG, LONGER = 7, 12  # cycles: beyond the deadline of a reading, and beyond every deadline
 AFTER = 8
 PATIENCE_S = 0.6  # for an answer while a fault lasts
@@ -152,9 +152,13 @@ CASES: dict[str, tuple[Fault | Callable[[], Fault], str, int | None, str]] = {
     "loss of Sync": (lost(SYNC), "SyncTimeout", JOINT_DEADLINE, ""),
     "loss of TaskCommand": (lost(TASK), "TaskTimeout", TASK_DEADLINE, ""),
     "unacceptable delay of a reading": (Delayed, "JointTimeout", JOINT_DEADLINE, "late_frames"),
-    "unintended repetition of a reading": (changed(JOINT_3, lambda f: [f, f]), "none", None, "sequence_errors"),
-    "repetition of every frame": (lambda _, frames: [f for f in frames for _ in "12"], "none", None, "sequence_errors"),
-    "repetition of an old reading": (Stale, "JointTimeout", JOINT_DEADLINE + 5, "sequence_errors"),
+    "unintended repetition of a reading": (
+        changed(JOINT_3, lambda f: [f, f]), "AnotherSender", JOINT_DEADLINE, "sequence_errors",
+    ),
+    "repetition of every frame": (
+        lambda _, frames: [f for f in frames for _ in "12"], "AnotherSender", JOINT_DEADLINE, "sequence_errors",
+    ),
+    "repetition of an old reading": (Stale, "ErrorRate", JOINT_DEADLINE + 5, "sequence_errors"),
     "insertion of a forged reading": (changed(JOINT_3, lambda f: [flipped(f), f]), "none", None, "crc_errors"),
     "insertion of a joint that is not there": (
         changed(JOINT_3, lambda f: [f, copy_of(f, id=0x108)]), "none", None, "format_errors",
@@ -196,8 +200,7 @@ class Run:
 
 
 def run_fault(process: bus_guard.GuardProcess, robot: Robot, fault: Fault | None, cycles: int) -> Run:
-    robot.steps(WARM_UP)
-    assert robot.permitted
+    start_in_lockstep(robot)
     lines = len(process.events())
     robot.fault, robot.patience_s = fault, PATIENCE_S
     log = robot.steps(cycles)
@@ -282,8 +285,7 @@ def test_a_gateway_that_modifies_loses_or_readdresses(
     process = start(configuration, "--lockstep")
     with open_channel(vcan1) as bus:
         robot = Robot(configuration, wire, bus)
-        robot.steps(WARM_UP)
-        assert robot.permitted
+        start_in_lockstep(robot)
         lines = len(process.events())
         run("cangw", "-D", "-s", vcan1, "-d", "vcan0", "-X", "-e", "-f", "103:7FF")
         if rule:
@@ -312,8 +314,7 @@ def test_a_babbling_node_at_full_load(
     bus.set_filters([{"can_id": bus_robot.STOP_COMMAND, "can_mask": 0x7FF}])
     process = start(configuration, "--lockstep", program=bus_guard.RELEASE)
     robot = Robot(configuration, wire, bus)
-    robot.steps(WARM_UP)
-    assert robot.permitted
+    start_in_lockstep(robot)
     lines = len(process.events())
     robot.patience_s = PATIENCE_S
     babble = subprocess.Popen(["cangen", "vcan0", "-g", "0", "-i", "-f", "-b", "-I", id, "-L", "8", "-D", "r"])
@@ -354,8 +355,8 @@ def test_a_second_guard_on_the_bus(
     """Whatever the counters of the two make the robot believe: each hears the other, and neither permits."""
     process = start(configuration, "--lockstep")
     robot = Robot(configuration, wire, bus)
-    robot.steps(WARM_UP + cycles_between)
-    assert robot.permitted
+    start_in_lockstep(robot)
+    robot.steps(cycles_between)
     second = start(configuration, "--lockstep")
     robot.patience_s = 0.05  # for answers that mostly fail the robot's check
     with open_channel("vcan0") as listener:

@@ -67,10 +67,13 @@ def test_minutes_of_random_faults_lose_no_frame_and_permit_nothing_wrongly(
 def test_a_guard_that_does_not_see_pushes_is_a_breach(
     configuration: Configuration, tmp_path: Path, field: str, cycles: int, breach: str
 ) -> None:
-    """The soak can fail: the same guard with a threshold or a debounce that no push reaches."""
+    """The soak can fail: with the largest threshold or debounce that a block may have, beyond any push."""
     dtype = block_dtype("float32")
     block = np.frombuffer(configuration.block(), dtype).copy()
-    block["task"][0][1][field] = 1000
+    if field == "threshold_nm":
+        block["task"][0][1]["detector"][field][0] = [*(j.torque_max / 3 for j in configuration.robot.joints), 0.0]
+    else:
+        block["task"][0][1]["detector"][field] = 100
     block["crc"] = zlib.crc32(block.tobytes()[CRC_END:])
     path = tmp_path / "blind.bin"
     path.write_bytes(block.tobytes())

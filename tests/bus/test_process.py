@@ -5,7 +5,7 @@ import time
 
 import can
 import pytest
-from bus_robot import CALM_PERIOD_S, STOP_COMMAND, Robot, run_until_permitted
+from bus_robot import CALM_PERIOD_S, STOP_COMMAND, Robot, run_until_permitted, start_in_lockstep
 from conftest import HurriedConfiguration, Start, run
 
 from tauperp.config import Configuration, load_configuration
@@ -87,8 +87,7 @@ def test_classic_can_works_as_well(start: Start, wire: Wire) -> None:
     start(configuration, "--lockstep")
     with can.Bus(interface="socketcan", channel="vcan0") as bus:
         robot = Robot(configuration, wire, bus)
-        robot.steps(80)
-        assert robot.permitted
+        start_in_lockstep(robot)
 
 
 def test_a_tick_over_its_budget_by_the_clock_is_a_fault(

@@ -76,7 +76,9 @@ static bool read_block(uint32_t size) {
         }
         memcpy(to + done, piece, (left < sizeof(record_t)) ? left : sizeof(record_t));
     }
-    return guard_init(&guard, &config) == GUARD_OK;
+    const guard_status_t status = guard_init(&guard, &config);
+    guard_note_start(&guard, GUARD_START_COMMANDED, 0u, GUARD_VARIANT_LOCKSTEP); /* as the library does */
+    return status == GUARD_OK;
 }
 
 static uint32_t bits_of(num_t value) {
