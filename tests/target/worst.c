@@ -1,5 +1,5 @@
 /* worst: the most instructions that the stages of a tick take on any bits at all, such as no frame can carry: motion,
- * observer, index with a change of task and so two projections' way back, detector. Prints
+ * observer, index, limits, bank, detector. Prints
  *     worst STAGES PROJECTION       PROJECTION: subspace_step and subspace_reject alone */
 #define UNITY_H                 /* the fixtures' assertions are not used here */
 #define TEST_FAIL_MESSAGE(text) printf("%s\n", (text))
@@ -80,6 +80,7 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
 
 int main(void) {
     observer_config_t gains = {.torque_sample = TORQUE_INTERVAL};
+    bank_config_t channels = {.channels = 1u};
     for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) {
         gains.decay[g] = NUM(0.95);
         gains.gain[g] = NUM(0.05);
@@ -89,7 +90,6 @@ int main(void) {
     }
     task_config_t task = {.detector = {.debounce_ticks = 1u, .channels = 1u},
                           .limits = {.mass_max_kg = NUM(5), .force_max_n = NUM(140), .moment_max_nm = NUM(40)}};
-    bank_config_t channels = {.channels = 1u};
     const acceleration_config_t limits = {.force_floor_n = NUM(1), .error_max = NUM(2)};
     for (uint32_t j = 0; j < ROBOT_MAX_JOINTS; ++j) {
         task.detector.threshold_nm[0][j] = NUM(2);
