@@ -22,13 +22,20 @@ Event = dict[str, Any]
 class GuardProcess:
     """`tauperp-guard --json`, its lines in a file so that it never waits for us. A context manager that ends it."""
 
-    def __init__(self, folder: Path, *options: str, channel: str = "vcan0", program: Path = SANITIZED) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        *options: str,
+        channel: str = "vcan0",
+        program: Path = SANITIZED,
+        environment: dict[str, str] | None = None,
+    ) -> None:
         self._path = folder / f"guard-{time.monotonic_ns()}.jsonl"
         command = [str(program), "--channel", channel, "--json", *options]
         # No leak check: the program has no heap, and looking for leaks needs ptrace. No core of 16 TB either.
-        environment = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0:disable_coredump=1"}
+        variables = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0:disable_coredump=1", **(environment or {})}
         with open(self._path, "wb") as out:
-            self.process = subprocess.Popen(command, stdout=out, stderr=subprocess.PIPE, env=environment)
+            self.process = subprocess.Popen(command, stdout=out, stderr=subprocess.PIPE, env=variables)
 
     def __enter__(self) -> "GuardProcess":
         self.wait_for(lambda event: event["event"] == "start", "its start")

@@ -10,10 +10,11 @@ import bus_guard
 import can
 import pytest
 from bus_guard import run_guard
-from bus_robot import STOP_COMMAND, Robot, open_channel, run_until_permitted
+from bus_robot import LONGEST_START, STOP_COMMAND, Robot, open_channel, run_until_permitted
 from conftest import Start, run
 
 from tauperp.config import Configuration
+from tauperp.firmware import Reason
 from tauperp.wire import Wire
 
 
@@ -137,6 +138,28 @@ def test_systemd_takes_the_unit_and_the_process_its_options(tmp_path: Path) -> N
     (line,) = re.findall(r"^ExecStart=\S+ (.*)$", text, re.MULTILINE)
     options = line.replace("%i", "can7").replace("${ROBOT}", "panda").replace("/etc/tauperp/guard.bin", "no-such")
     assert run_guard(*options.split()).stderr == "tauperp-guard: no-such: No such file or directory\n"
+
+
+def test_a_restart_by_the_service_manager_is_counted_and_limited(
+    start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, tmp_path: Path
+) -> None:
+    """The runtime directory outlives a process that was killed, as systemd keeps it over a restart."""
+    directory = tmp_path / "runtime"
+    directory.mkdir()
+    environment = {"RUNTIME_DIRECTORY": str(directory)}
+    reasons = []
+    for _ in range(5):
+        process = start(configuration, "--lockstep", environment=environment)
+        robot = Robot(configuration, wire, bus)
+        robot.steps(LONGEST_START)
+        assert robot.answer is not None
+        reasons.append(Reason(int(robot.answer["Reason"])).name)
+        process.process.kill()
+        process.process.wait(20)
+    assert reasons == ["AWAITING_RESET", "RESTARTED", "RESTARTED", "RESTARTED", "RESTART_LIMIT"]
+    process = start(configuration, "--lockstep", environment=environment)
+    process.end()
+    assert not list(directory.iterdir()), "a process that was asked to end leaves no count"
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

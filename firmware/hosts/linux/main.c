@@ -10,6 +10,7 @@
 #include "block.h"
 #include "loop.h"
 #include "options.h"
+#include "restarts.h"
 
 enum { EXIT_ENDED = 0, EXIT_CANNOT = 1, EXIT_BAD_INPUT = 2 };
 
@@ -68,8 +69,15 @@ int main(int argc, char **argv) {
     if (!bus_open(&loop.bus, options.channel, loop.config->format == (uint32_t)FORMAT_FD)) {
         return EXIT_BAD_INPUT;
     }
+    const restarts_t restarts = restarts_note();
+    guard_note_start(&loop.guard, restarts.cause, restarts.count,
+                     options.lockstep ? GUARD_VARIANT_LOCKSTEP : GUARD_VARIANT_PRODUCT);
     loop.in_lockstep = options.lockstep;
     loop_hold_signals();
     journal_start(&loop.journal, &options, loop.config, ask_for_real_time(options.priority));
-    return loop_run(&loop) ? EXIT_ENDED : EXIT_CANNOT;
+    if (!loop_run(&loop)) {
+        return EXIT_CANNOT;
+    }
+    restarts_forget();
+    return EXIT_ENDED;
 }

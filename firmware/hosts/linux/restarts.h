@@ -1,0 +1,25 @@
+/* restarts: did the service manager start this process again after one that ended by itself? How often?
+ *
+ * A count stands in the file `restarts` of the folder that systemd names in RUNTIME_DIRECTORY and keeps over a restart
+ * (RuntimeDirectoryPreserve=restart). A process that ends on a signal from a person or on a stop of the service removes
+ * it. Without such a folder every start counts as commanded: whoever starts the process by hand knows that it starts.
+ * Calls open, read, write and unlink only, before the loop begins and after it has ended.
+ */
+#ifndef TAUPERP_LINUX_RESTARTS_H
+#define TAUPERP_LINUX_RESTARTS_H
+
+#include <stdint.h>
+
+#include "guard.h"
+
+typedef struct {
+    guard_start_t cause;
+    uint32_t count; /* unexpected restarts since the last commanded start, this one included; at most 255 */
+} restarts_t;
+
+restarts_t restarts_note(void);
+
+/* The process ends because it was asked to. */
+void restarts_forget(void);
+
+#endif
