@@ -67,14 +67,22 @@ def test_an_interface_that_is_removed_and_made_again_is_opened_anew(
     process.end()
 
 
-def test_it_may_start_before_its_interface_is_up(start: Start, calm: Configuration, wire: Wire) -> None:
+def test_an_interface_that_is_down_at_the_start_is_a_trip_before_the_first_permission(
+    start: Start, calm: Configuration, wire: Wire
+) -> None:
     run("ip", "link", "set", "vcan0", "down")
     process = start(calm)
     process.wait_for_bus("does not take frames")
     run("ip", "link", "set", "vcan0", "up")
     process.wait_for_bus("takes frames again")
     with open_channel("vcan0") as bus:
-        run_until_permitted(process, Robot(calm, wire, bus))  # nothing was permitted, so nothing is latched
+        robot = Robot(calm, wire, bus)
+        robot.live(1.0, CALM_PERIOD_S)
+        assert robot.answer is not None
+        assert (robot.answer["Reason"], robot.answer["TripNumber"]) == (20, 1)
+        assert not any(robot.log)
+        reset(robot)
+        assert robot.permitted
     process.end()
 
 

@@ -25,14 +25,22 @@ def make(*arguments: str) -> None:
 
 
 def versal_image(name: str, block: bytes, *, numeric: str = "float", lockstep: bool = True) -> Path:
-    """The image of board versal_r5 with this configuration block."""
+    """The image of board versal_r5 for the emulator with this configuration block."""
     BUILD.mkdir(parents=True, exist_ok=True)
     block_file = BUILD / f"{name}.bin"
     block_file.write_bytes(block)
     image = BUILD / f"{name}.elf"
     mode = ["LOCKSTEP=1"] if lockstep else []
     place = image.relative_to(ROOT)
-    make("firmware", "BOARD=versal_r5", f"NUMERIC={numeric}", f"BLOCK={block_file}", f"IMAGE={place}", *mode)
+    make(
+        "firmware",
+        "BOARD=versal_r5",
+        "EMULATOR=1",
+        f"NUMERIC={numeric}",
+        f"BLOCK={block_file}",
+        f"IMAGE={place}",
+        *mode,
+    )
     return image
 
 

@@ -33,12 +33,43 @@ def test_every_board_takes_every_robot(board: str, numeric: str) -> None:
         assert image.wire_crc == configuration.wire.hash
 
 
-def test_an_image_for_the_device_drives_pin_and_watchdog_by_their_registers() -> None:
-    """Which the emulator does not have: for it there are words in memory."""
-    for silicon, in_memory in (("", True), ("1", False)):
-        place, _ = image_of(f"silicon-{silicon}", "BOARD=versal_r5", f"SILICON={silicon}")
-        names = subprocess.run(["arm-none-eabi-nm", place], capture_output=True, text=True, check=True).stdout
-        assert ("output_words" in names) == in_memory
+@pytest.mark.parametrize(
+    ("flags", "variant", "in_memory"),
+    [
+        ([], "product", False),
+        (["EMULATOR=1"], "emulator", True),
+        (["LOCKSTEP=1"], "lockstep", False),
+        (["LOCKSTEP=1", "EMULATOR=1"], "lockstep", True),
+    ],
+)
+def test_the_real_image_is_the_default_and_every_other_one_says_so(
+    flags: list[str], variant: str, in_memory: bool
+) -> None:
+    """The emulator has no registers of pin and watchdog: for it there are words in memory."""
+    place, image = image_of(f"variant-{variant}-{in_memory}", "BOARD=versal_r5", *flags)
+    names = subprocess.run(["arm-none-eabi-nm", place], capture_output=True, text=True, check=True).stdout
+    assert image.variant == variant
+    assert ("output_words" in names) == in_memory
+
+
+LINKED = ["boards/versal_r5/versal_r5.ld", "boards/versal_r5/startup.S", "boards/common/loop.c", "schedule/schedule.c"]
+
+
+@pytest.mark.parametrize("source", LINKED)
+def test_the_build_id_covers_whatever_is_linked(source: str, tmp_path: Path) -> None:
+    """A comment more is another build."""
+    for part in ("firmware", "tools"):
+        shutil.copytree(ROOT / part, tmp_path / part)
+    shutil.copy(ROOT / "Makefile", tmp_path)
+
+    def build() -> str:
+        subprocess.run(["make", "-C", tmp_path, "help"], check=True, capture_output=True)
+        return (tmp_path / "build" / "build_id.h").read_text()
+
+    before = build()
+    with open(tmp_path / "firmware" / source, "a", encoding="utf-8") as file:
+        file.write("/* */\n")
+    assert build() != before
 
 
 def test_a_file_of_ones_own_becomes_an_image_of_its_name(tmp_path: Path) -> None:

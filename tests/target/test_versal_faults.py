@@ -49,6 +49,26 @@ def test_a_fault_is_recorded_over_the_reset_and_told_once_afterwards(tmp_path: P
         assert emulator.lines.count("permission") == 2
 
 
+def test_restarts_are_recognised_counted_and_limited(tmp_path: Path) -> None:
+    """A reset as by the watchdog leaves the memory; the count in it goes on until it is too high."""
+    block = load_configuration("default", robot="ku_dex").block()
+    with Emulator(versal_image("restarts", block, lockstep=False), monitor=tmp_path / "monitor") as emulator:
+        emulator.wait_for("start 1 restarts 0")
+        for restart in range(1, 5):
+            emulator.wait_for("state 2" if restart == 1 else f"restarts {restart - 1}")
+            emulator.reset()
+            emulator.wait_for(f"start 3 restarts {restart}")
+        emulator.wait_for("state 5 reason 29")
+
+
+def test_an_exception_is_the_cause_of_the_next_start(tmp_path: Path) -> None:
+    with Emulator(image_of("restarted_by_exception"), monitor=tmp_path / "monitor") as emulator:
+        emulator.wait_for("start 1")
+        emulator.wait_for("fault:")
+        emulator.reset()
+        emulator.wait_for("start 4")
+
+
 def test_a_stack_overflow_is_caught_in_the_guard_below_the_stack() -> None:
     with Emulator(image_of("stack_overflow")) as emulator:
         words = emulator.wait_for("fault:").split()

@@ -22,6 +22,7 @@ typedef struct {
 static struct {
     uint32_t control, dbtp, nbtp, tdcr, rxgfc, txbc, flags, pending;
     bool bus_off;
+    bool absent;          /* the controller has no clock: every register reads zero */
     bool stalled;         /* nobody acknowledges: nothing gets sent */
     uint32_t on_the_wire; /* buffer that cannot be cancelled any more, as a bit */
     model_fifo_t fifo[2];
@@ -70,6 +71,9 @@ static uint32_t fifo_status(uint32_t f) {
 }
 
 uint32_t fdcan_read(uint32_t offset) {
+    if (model.absent) {
+        return 0;
+    }
     switch (offset) {
     case FDCAN_CCCR:
         return model.control;

@@ -4,12 +4,14 @@
 
 #define tick board_tick /* the fixture has one as well */
 #include "../../firmware/boards/common/loop.c"
+#include "../../firmware/boards/common/restarts.c"
 #undef tick
 
 #include "guard_fixture.h"
 
 #define POLL_US 7u /* that one round of the loop takes */
-#define FRAMES  (JOINTS + 2u)
+#define FRAMES  (JOINTS + 3u)
+#define START   220u /* cycles to the first permission at most: self-test, settling, health, a reset */
 
 typedef enum { HANG_NOWHERE, HANG_RECEIVING, HANG_ANSWERING, HANG_LOOKING_FOR_FAULTS } hang_t;
 
@@ -27,13 +29,14 @@ static struct {
     uint32_t sent;     /* frames of it that were received */
     uint32_t answers, permitted, toggles, withdrawals, served, inits;
     uint32_t watchdog_us;
+    wire_format_t format;
     uint64_t served_us, longest_us; /* last service, longest time between two */
     uint64_t answered_us;
 } board;
 
 static guard_config_t storage;
 __asm__(".globl board_config\n.set board_config, storage");
-const char board_name[] = "model";
+static guard_start_t start_cause;
 static jmp_buf out_of_loop;
 
 static void pass(uint64_t us) {
@@ -53,8 +56,12 @@ uint64_t clock_us(void) {
     return board.now_us;
 }
 
+guard_start_t board_start_cause(void) {
+    return start_cause;
+}
+
 void can_init(wire_format_t format) {
-    TEST_ASSERT_EQUAL(storage.format, format);
+    board.format = format;
     ++board.inits;
 }
 
@@ -67,9 +74,12 @@ bool can_receive(can_frame_t *frame) {
         next_cycle(&board.robot);
     }
     if ((board.sent < FRAMES) && (board.now_us < board.silent_from_us)) {
+        /* While the permission is missing the robot asks for it, every other cycle an edge. */
         *frame = (board.sent == 0u)   ? sync_frame(&board.robot)
                  : (board.sent == 1u) ? task_frame(&board.robot)
-                                      : joint_frame(&board.robot, board.sent - 2u);
+                 : (board.sent < (FRAMES - 1u))
+                     ? joint_frame(&board.robot, board.sent - 2u)
+                     : reset_frame(&board.robot, out.trip_number, !out.permitted && ((board.robot.cycle % 2u) != 0u));
         ++board.sent;
         return true;
     }
@@ -138,6 +148,7 @@ void setUp(void) {
     board.now_us = 5000000u;
     board.cycle_us = board.now_us;
     board.silent_from_us = UINT64_MAX;
+    start_cause = GUARD_START_POWER_ON;
 }
 
 void tearDown(void) {}
@@ -150,9 +161,9 @@ static void run(uint32_t periods) {
 }
 
 static void test_a_healthy_robot_is_permitted_and_every_permission_is_an_edge(void) {
-    run(200u);
-    TEST_ASSERT_UINT32_WITHIN(3u, 200u, board.answers);
-    TEST_ASSERT_UINT32_WITHIN(5u, 175u, board.permitted); /* after settling */
+    run(START + 100u);
+    TEST_ASSERT_UINT32_WITHIN(3u, START + 100u, board.answers);
+    TEST_ASSERT_TRUE(board.permitted >= 100u);
     TEST_ASSERT_EQUAL(board.answers, board.served);
     TEST_ASSERT_TRUE(board.longest_us < board.watchdog_us);
     TEST_ASSERT_EQUAL(1, board.inits);
@@ -165,11 +176,12 @@ static void test_the_tick_comes_as_soon_as_the_cycle_is_complete(void) {
 }
 
 static void test_silence_ends_the_permission_and_not_the_ticks(void) {
-    board.silent_from_us = board.now_us + 100u * PERIOD_US;
-    run(200u);
+    board.silent_from_us = board.now_us + START * PERIOD_US;
+    run(START + 100u);
     TEST_ASSERT_EQUAL(GUARD_REASON_SYNC_TIMEOUT, out.reason);
-    TEST_ASSERT_TRUE(board.permitted <= 100u + DEADLINE_CYCLES);
-    TEST_ASSERT_UINT32_WITHIN(4u, 200u, board.answers);
+    TEST_ASSERT_TRUE(board.permitted > 0u);
+    TEST_ASSERT_FALSE(out.permitted);
+    TEST_ASSERT_UINT32_WITHIN(5u, START + 100u, board.answers);
     TEST_ASSERT_TRUE(board.longest_us < board.watchdog_us);
 }
 
@@ -188,15 +200,15 @@ static void test_a_hung_loop_is_not_served(void) {
 
 static void test_a_flood_of_frames_does_not_keep_the_tick_from_its_time(void) {
     board.flood = true;
-    board.silent_from_us = board.now_us + 100u * PERIOD_US;
-    run(200u);
-    TEST_ASSERT_UINT32_WITHIN(4u, 200u, board.answers);
+    board.silent_from_us = board.now_us + START * PERIOD_US;
+    run(START + 100u);
+    TEST_ASSERT_UINT32_WITHIN(5u, START + 100u, board.answers);
     TEST_ASSERT_EQUAL(GUARD_REASON_SYNC_TIMEOUT, out.reason);
 }
 
 static void test_a_tick_that_takes_too_long_by_the_boards_clock_is_a_fault(void) {
     board.answer_us = storage.tick_budget_us;
-    run(100u);
+    run(START);
     TEST_ASSERT_TRUE(board.permitted > 0u);
     setUp();
     board.answer_us = storage.tick_budget_us + 1u;
@@ -204,18 +216,28 @@ static void test_a_tick_that_takes_too_long_by_the_boards_clock_is_a_fault(void)
     TEST_ASSERT_EQUAL(0, board.permitted);
     TEST_ASSERT_EQUAL(GUARD_REASON_TICK_OVER_BUDGET, out.reason);
     TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, out.state);
+    TEST_ASSERT_UINT32_WITHIN(4u, 100u, board.answers); /* one a cycle, though no tick takes the snapshot */
 }
 
-/* Told at once, when there is nothing to end yet, and again when there is. */
+/* Before the first tick, where it is not forgotten, and when there is a permission to end. */
 static void assert_fault_ends_permission(uint32_t fault, guard_reason_t reason) {
     setUp();
     board.fault = fault;
     board.fault_us[0] = board.now_us;
-    board.fault_us[1] = board.now_us + 100u * PERIOD_US;
-    run(120u);
-    TEST_ASSERT_TRUE(board.permitted > 70u);
-    TEST_ASSERT_EQUAL(reason, out.reason);
+    board.fault_us[1] = UINT64_MAX;
+    run(50u);
     TEST_ASSERT_EQUAL(GUARD_STATE_STOPPED, out.state);
+    TEST_ASSERT_EQUAL(reason, out.reason);
+    TEST_ASSERT_EQUAL(1, out.trip_number);
+
+    setUp();
+    board.fault = fault;
+    board.fault_us[0] = board.now_us + START * PERIOD_US;
+    board.fault_us[1] = UINT64_MAX;
+    run(START + 2u);
+    TEST_ASSERT_TRUE(board.permitted > 0u);
+    TEST_ASSERT_EQUAL(GUARD_STATE_STOPPED, out.state);
+    TEST_ASSERT_EQUAL(reason, out.reason);
     TEST_ASSERT_EQUAL(1, out.trip_number);
 }
 
@@ -225,12 +247,56 @@ static void test_a_fault_of_the_bus_ends_a_permission(void) {
     assert_fault_ends_permission(CAN_FAULT_STUCK, GUARD_REASON_BUS_DOWN);
 }
 
-static void test_a_configuration_that_is_refused_never_permits(void) {
-    storage.crc ^= 1u;
+/* Its period would be the longest there is, its format one that no bus has. */
+static void test_nothing_of_a_refused_configuration_is_used(void) {
+    storage.period_us = UINT32_MAX;
+    storage.tick_deadline_us = UINT32_MAX;
+    storage.format = 77u;
     run(100u);
-    TEST_ASSERT_TRUE(board.answers > 90u);
+    TEST_ASSERT_TRUE(board.answers >= (100u * PERIOD_US) / SCHEDULE_REFUSED_PERIOD_US - 1u);
+    TEST_ASSERT_EQUAL(WATCHDOG_TICKS * SCHEDULE_REFUSED_DEADLINE_US, board.watchdog_us);
+    TEST_ASSERT_EQUAL(FORMAT_CLASSIC, board.format);
     TEST_ASSERT_EQUAL(0, board.permitted);
     TEST_ASSERT_EQUAL(GUARD_STATE_UNINITIALISED, out.state);
+}
+
+/* In RAM that a power-on leaves undefined. */
+static void start_after(guard_start_t cause) {
+    setUp();
+    start_cause = cause;
+    run(START);
+}
+
+static void test_unexpected_restarts_are_counted_until_they_are_too_many(void) {
+    static const guard_start_t unexpected[] = {GUARD_START_WATCHDOG, GUARD_START_EXCEPTION, GUARD_START_UNKNOWN};
+    start_after(GUARD_START_POWER_ON);
+    TEST_ASSERT_TRUE(out.permitted);
+    for (uint32_t i = 0; i < GUARD_MAX_RESTARTS; ++i) {
+        start_after(unexpected[i % 3u]);
+        TEST_ASSERT_EQUAL(i + 1u, guard.restarts);
+        TEST_ASSERT_EQUAL(unexpected[i % 3u], guard.start_cause);
+        TEST_ASSERT_TRUE(out.permitted); /* after its reset */
+    }
+    for (uint32_t i = 0; i < 300u; ++i) { /* however often: the count does not wrap */
+        start_cause = GUARD_START_WATCHDOG;
+        (void)restarts_note(start_cause);
+    }
+    start_after(GUARD_START_WATCHDOG);
+    TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, out.state);
+    TEST_ASSERT_EQUAL(GUARD_REASON_RESTART_LIMIT, out.reason);
+    start_after(GUARD_START_COMMANDED);
+    TEST_ASSERT_EQUAL(0, guard.restarts);
+    TEST_ASSERT_TRUE(out.permitted);
+}
+
+static void test_a_record_of_restarts_that_does_not_hold_leaves_one_more(void) {
+    memset(&record, 0xA5, sizeof(record));
+    TEST_ASSERT_FALSE(restarts_recorded());
+    TEST_ASSERT_EQUAL(GUARD_MAX_RESTARTS, restarts_note(GUARD_START_WATCHDOG));
+    TEST_ASSERT_EQUAL(GUARD_MAX_RESTARTS + 1u, restarts_note(GUARD_START_WATCHDOG));
+    TEST_ASSERT_EQUAL(0, restarts_note(GUARD_START_POWER_ON));
+    record.count ^= 1u;
+    TEST_ASSERT_FALSE(restarts_recorded());
 }
 
 int main(void) {
@@ -242,6 +308,8 @@ int main(void) {
     RUN_TEST(test_a_flood_of_frames_does_not_keep_the_tick_from_its_time);
     RUN_TEST(test_a_tick_that_takes_too_long_by_the_boards_clock_is_a_fault);
     RUN_TEST(test_a_fault_of_the_bus_ends_a_permission);
-    RUN_TEST(test_a_configuration_that_is_refused_never_permits);
+    RUN_TEST(test_nothing_of_a_refused_configuration_is_used);
+    RUN_TEST(test_unexpected_restarts_are_counted_until_they_are_too_many);
+    RUN_TEST(test_a_record_of_restarts_that_does_not_hold_leaves_one_more);
     return UNITY_END();
 }

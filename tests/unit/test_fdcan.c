@@ -196,6 +196,17 @@ void test_bus_off_is_told_and_its_recovery_begins(void) {
     TEST_ASSERT_TRUE(can_receive(&frame));
 }
 
+static void test_a_controller_that_does_not_answer_at_start_is_a_bus_that_is_down(void) {
+    model.absent = true;
+    can_init(FORMAT_FD);
+    can_frame_t frame;
+    const can_frame_t answer[2] = {{.id = 0x10u, .length = 8u}, {.id = 0x200u, .length = 8u}};
+    TEST_ASSERT_FALSE(can_receive(&frame));
+    TEST_ASSERT_FALSE(can_answer(answer, 2u));
+    TEST_ASSERT_EQUAL(CAN_FAULT_STUCK, can_faults());
+    TEST_ASSERT_EQUAL(CAN_FAULT_STUCK, can_faults()); /* and stays so */
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_bit_rates_are_those_of_the_wire);
@@ -213,5 +224,6 @@ int main(void) {
     RUN_TEST(test_a_frame_on_the_wire_leaves_room_for_the_next_answer);
     RUN_TEST(test_an_answer_without_room_says_so);
     RUN_TEST(test_bus_off_is_told_and_its_recovery_begins);
+    RUN_TEST(test_a_controller_that_does_not_answer_at_start_is_a_bus_that_is_down);
     return UNITY_END();
 }

@@ -62,7 +62,7 @@ define OBJECT_RULES
 $(BUILD)/object/$(1)-$(2)$(OPT)$(3)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
-	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) -DROBOT_JOINTS=$(4)u $$(call optimisation_of,$$<,$(2),$(1)) $(STRICT) -c -o $$@ $$<
+	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) -DROBOT_JOINTS=$(4)u $$(call optimisation_of,$$<,$(2),$(1)) -DTAUPERP_EMULATOR $(STRICT) -c -o $$@ $$<
 
 $(BUILD)/object/$(1)-$(2)$(OPT)$(3)/%.o: %.S tools/make/boards.mk
 	@mkdir -p $$(@D)
@@ -71,20 +71,20 @@ endef
 $(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(eval $(call OBJECT_RULES,$(target),$(numeric),,8))\
     $(eval $(call OBJECT_RULES,$(target),$(numeric),-7,7))))
 
-# make firmware BOARD=versal_r5 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed] [LOCKSTEP=1] [SILICON=1]
+# make firmware BOARD=versal_r5 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed] [EMULATOR=1] [LOCKSTEP=1]
 BOARD ?= versal_r5
 NUMERIC ?= float
 BOARDS := versal_r5 stm32g4
 TARGET_versal_r5 := r5f
 TARGET_stm32g4 := m4f
-COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c log.c halt.c memory.c)
+COMMON_SOURCES := $(addprefix firmware/boards/common/,loop.c restarts.c log.c halt.c memory.c)
 LIBRARIES := -Wl,--start-group -lc -lm -lgcc -Wl,--end-group
-FLAGS_BOARD := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP) $(if $(SILICON),-DTAUPERP_SILICON)
+FLAGS_BOARD := $(if $(LOCKSTEP),-DTAUPERP_LOCKSTEP) $(if $(EMULATOR),-DTAUPERP_EMULATOR)
 # BLOCK=file: a block that was made already, instead of one of CONFIG and ROBOT.
-IMAGE = $(BUILD)/firmware/$(BOARD)-$(if $(filter default paper,$(CONFIG)),$(ROBOT),$(basename $(notdir $(CONFIG))))$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep)$(if $(SILICON),-silicon).elf
+IMAGE = $(BUILD)/firmware/$(BOARD)-$(if $(filter default paper,$(CONFIG)),$(ROBOT),$(basename $(notdir $(CONFIG))))$(if $(filter fixed,$(NUMERIC)),-fixed)$(if $(LOCKSTEP),-lockstep)$(if $(EMULATOR),-emulator).elf
 # As many joints as the block's robot has, which `firmware` looks up.
 JOINTS ?= 8
-IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(JOINTS)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)$(if $(SILICON),-silicon)
+IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(JOINTS)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)$(if $(EMULATOR),-emulator)
 IMAGE_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(COMMON_SOURCES) \
     $(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S)
 # A configuration of one's own names its robot, unless ROBOT is given as well.
@@ -130,7 +130,7 @@ $(IMAGE): $(IMAGE_LINKED) $(IMAGE_BLOCK) firmware/boards/common/config.S firmwar
 	@mkdir -p $(@D)
 	@echo 'ld $@'
 	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(FLAGS_$(NUMERIC)) $(OPT) $(STRICT) \
-	    -include $(BUILD)/build_id.h -DTAUPERP_BOARD='"$(BOARD)"' -DTAUPERP_CONFIG_CRC=$$($(call word_of,$(IMAGE_BLOCK),$(CRC_AT)))u \
+	    -include $(BUILD)/build_id.h $(FLAGS_BOARD) -DTAUPERP_BOARD='"$(BOARD)"' -DTAUPERP_CONFIG_CRC=$$($(call word_of,$(IMAGE_BLOCK),$(CRC_AT)))u \
 	    -DCONFIG_BLOCK='"$(IMAGE_BLOCK)"' $(LDFLAGS_TARGET) -T firmware/boards/$(BOARD)/$(BOARD).ld -o $@ \
 	    firmware/boards/common/config.S firmware/boards/common/identity.c $(IMAGE_LINKED) $(LIBRARIES)
 
@@ -185,8 +185,8 @@ counting-images: $(foreach program,$(COUNTING),$(foreach numeric,$(NUMERICS),$(T
 $(foreach target,$(TARGETS),$(foreach numeric,float fixed,$(BUILD)/object/$(target)-$(numeric)$(OPT)/tests/target/worst.o)): $(BUILD)/unity/unity.h
 
 # Images of the Versal board that provoke one fault each.
-FAULT_OBJECTS := $(addprefix $(BUILD)/object/r5f-float$(OPT)/firmware/boards/,common/log.o common/halt.o \
-    $(addprefix versal_r5/,startup.o mpu.o exceptions.o board.o outputs.o pmu.o))
+FAULT_OBJECTS := $(addprefix $(BUILD)/object/r5f-float$(OPT)/firmware/boards/,common/log.o common/halt.o common/restarts.o \
+    $(addprefix versal_r5/,startup.o mpu.o exceptions.o board.o outputs.o pmu.o reset_cause.o))
 $(BUILD)/target/%.elf: tests/target/faults/provoke.c $(FAULT_OBJECTS) firmware/boards/versal_r5/versal_r5.ld
 	@mkdir -p $(@D)
 	@$(CROSS)gcc $(CPU_r5f) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(OPT) -Wno-infinite-recursion -DPROVOKE=$* $(LDFLAGS_TARGET) \

@@ -9,7 +9,7 @@ CFLAGS_ALL := -std=c11 -ffp-contract=off -fno-math-errno $(INCLUDES) -MMD -MP
 STRICT := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror
 
 # Which sources a build is of: written when it changes, and seen by the files that tell it.
-BUILD_ID := $(shell cat $(sort $(wildcard firmware/core/*.[ch] firmware/wire/*.[ch] firmware/guard/*.[ch] firmware/schedule/*.[ch])) | sha256sum | cut -c 1-8)
+BUILD_ID := $(shell cat $(sort $(wildcard firmware/*/*.[chS] firmware/*/*/*.[chS] firmware/*/*/*.ld)) | sha256sum | cut -c 1-8)
 $(shell mkdir -p $(BUILD); line='#define TAUPERP_BUILD_ID 0x$(BUILD_ID)u'; \
     [ "$$(cat $(BUILD)/build_id.h 2>/dev/null)" = "$$line" ] || echo "$$line" > $(BUILD)/build_id.h)
 $(BUILD)/object/%/guard_report.o $(BUILD)/object/%/identity.o: CFLAGS_ALL += -include $(BUILD)/build_id.h

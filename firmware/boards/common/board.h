@@ -7,8 +7,17 @@
 #ifndef TAUPERP_BOARD_H
 #define TAUPERP_BOARD_H
 
-#include "config.h"
 #include "frame.h"
+#include "guard.h"
+
+/* What the image is for; the identity record and GuardStatus.Variant say it. */
+#if defined(TAUPERP_LOCKSTEP)
+#define BOARD_VARIANT GUARD_VARIANT_LOCKSTEP
+#elif defined(TAUPERP_EMULATOR)
+#define BOARD_VARIANT GUARD_VARIANT_EMULATOR
+#else
+#define BOARD_VARIANT GUARD_VARIANT_PRODUCT
+#endif
 
 /* What the CAN controller reports besides frames. */
 enum {
@@ -18,9 +27,13 @@ enum {
 };
 
 extern const guard_config_t board_config;
-extern const char board_name[];
 
-void board_init(void); /* everything below, except the controller; the pin is low afterwards */
+/* Everything below, except the controller; the pin is low afterwards. Every wait is bounded: a clock that does not
+ * start or runs at another rate ends in board_halt with the pin low, nothing sent, and the watchdog running. */
+void board_init(void);
+
+/* Why the board starts. Once, after board_init and before restarts_note. */
+guard_start_t board_start_cause(void);
 
 uint64_t clock_us(void); /* since start-up; must be called at least every 4 s */
 

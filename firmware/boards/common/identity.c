@@ -14,6 +14,7 @@ __attribute__((section(".tauperp_version"), used)) const identity_t identity = {
     .wire_crc = PROTOCOL_WIRE_CRC,
     .numeric = NUM_NUMERIC,
     .board = TAUPERP_BOARD,
+    .variant = (uint32_t)BOARD_VARIANT,
 };
 
 void identity_log(void) {
@@ -25,6 +26,9 @@ void identity_log(void) {
     log_number(TAUPERP_VERSION_PATCH);
     log_text(" on ");
     log_text(identity.board);
+    log_text((BOARD_VARIANT == GUARD_VARIANT_LOCKSTEP)   ? " in lockstep, not for a robot"
+             : (BOARD_VARIANT == GUARD_VARIANT_EMULATOR) ? " for the emulator, not for a robot"
+                                                         : "");
     log_text(", build ");
     log_hex(identity.build, 8u);
     log_text(", configuration ");

@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-#define IDENTITY_FORMAT 1u
+#define IDENTITY_FORMAT 2u
 
 typedef struct {
     char magic[8];       /* "TAUPERP" */
@@ -16,6 +16,7 @@ typedef struct {
     uint32_t wire_crc;   /* of the DBC file */
     uint32_t numeric;    /* numeric_t */
     char board[16];
+    uint32_t variant; /* guard_variant_t, since format 2 */
 } identity_t;
 
 extern const identity_t identity;

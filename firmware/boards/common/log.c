@@ -60,7 +60,10 @@ void log_pump(void) {
 }
 
 void log_flush(void) {
-    while (read != written) {
+    for (uint32_t tries = 0; (read != written) && (tries < LOG_TRIES); ++tries) {
+        const uint32_t before = read;
         log_pump();
+        tries = (read != before) ? 0u : tries;
     }
+    read = written;
 }

@@ -4,19 +4,14 @@
 #include "guard.h"
 #include "identity.h"
 #include "log.h"
-
-#ifdef TAUPERP_LOCKSTEP
-#include "lockstep.h"
-static lockstep_t lockstep;
-#endif
+#include "restarts.h"
+#include "schedule.h"
 
 #define WATCHDOG_TICKS 4u /* tick deadlines that may pass without a tick */
 
 static guard_t guard;
 static guard_output_t out;
-static uint64_t due_us;
-
-/* --- one tick ----------------------------------------------------------------------------------------------------- */
+static schedule_t schedule;
 
 static void log_state(const guard_output_t *before) {
     if ((out.state != before->state) || (out.trip_number != before->trip_number)) {
@@ -32,10 +27,11 @@ static void log_state(const guard_output_t *before) {
     }
 }
 
-static void tick(uint64_t now_us) {
+static void tick(void) {
     static guard_output_t before;
     before = out;
-    guard_tick(&guard, now_us, &out);
+    const uint64_t begin_us = clock_us();
+    guard_tick(&guard, schedule_time(&schedule, begin_us), &out);
     if (out.permitted) {
         permission_toggle();
     } else {
@@ -44,105 +40,66 @@ static void tick(uint64_t now_us) {
     (void)can_answer(out.frame, out.frame_count);
     log_state(&before);
     watchdog_serve();
+    schedule_ticked(&schedule, begin_us, out.fresh);
+    if (!schedule.in_lockstep) { /* there, a tick takes no time */
+        const uint64_t took_us = clock_us() - begin_us;
+        guard_note_tick_time(&guard, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
+    }
 }
 
-/* A fault of the bus ends a permission; before the first one there is nothing to end. */
+/* In every state, before the first tick too: what follows from it is the guard's to decide. */
 static void look_at_bus(void) {
     const uint32_t faults = can_faults();
-    if ((faults == 0u) || ((out.state != GUARD_STATE_MONITORING) && (out.state != GUARD_STATE_STOPPED))) {
-        return;
-    }
     if ((faults & CAN_FAULT_OFF) != 0u) {
         guard_trip(&guard, GUARD_REASON_BUS_OFF);
-    } else if ((faults & CAN_FAULT_OVERFLOW) != 0u) {
+    }
+    if ((faults & CAN_FAULT_OVERFLOW) != 0u) {
         guard_trip(&guard, GUARD_REASON_RX_OVERFLOW);
-    } else {
+    }
+    if ((faults & CAN_FAULT_STUCK) != 0u) {
         guard_trip(&guard, GUARD_REASON_BUS_DOWN);
     }
 }
 
-/* --- guard time is bus time --------------------------------------------------------------------------------------- */
-
-#ifdef TAUPERP_LOCKSTEP
-
-static void begin(void) {
-    lockstep = (lockstep_t){.period_us = board_config.period_us};
-}
-
 static void take_frame(const can_frame_t *frame) {
-    lockstep_hear(&lockstep, frame);
-    while (lockstep_owes_tick(&lockstep)) {
-        tick(lockstep.now_us);
-    }
-    guard_receive(&guard, frame, lockstep.now_us);
-    if (guard_cycle_complete(&guard) && lockstep_complete(&lockstep)) {
-        tick(lockstep.now_us);
-    }
-    due_us = clock_us() + LOCKSTEP_SILENCE_US;
-}
-
-static void look_at_clock(void) {
     const uint64_t now_us = clock_us();
-    if (now_us >= due_us) {
-        due_us = now_us + LOCKSTEP_SILENCE_US;
-        if (lockstep_silence(&lockstep)) {
-            tick(lockstep.now_us);
-        }
+    schedule_hear(&schedule, frame, now_us);
+    while (schedule_owes_tick(&schedule)) {
+        tick();
+    }
+    guard_receive(&guard, frame, schedule_time(&schedule, now_us));
+    if (schedule_complete(&schedule, guard_cycle_complete(&guard))) {
+        tick();
     }
 }
 
-/* --- guard time is the board's ------------------------------------------------------------------------------------ */
-
-#else
-
-/* What a tick on a complete cycle leaves the next cycle to be late by. */
-static uint32_t grace_us(void) {
-    const uint32_t left = (board_config.tick_deadline_us - board_config.period_us) / 2u;
-    const uint32_t half = board_config.period_us / 2u;
-    return (left < half) ? left : half;
-}
-
-static void timed_tick(void) {
-    const uint64_t begin_us = clock_us();
-    tick(begin_us);
-    const uint64_t took_us = clock_us() - begin_us;
-    guard_note_tick_time(&guard, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
-    due_us = begin_us + board_config.period_us + (out.fresh ? grace_us() : 0u);
-}
-
-static void begin(void) {
-    due_us = clock_us() + board_config.period_us;
-}
-
-static void take_frame(const can_frame_t *frame) {
-    guard_receive(&guard, frame, clock_us());
-    if (guard_cycle_complete(&guard)) {
-        timed_tick();
-    }
-}
-
-static void look_at_clock(void) {
-    if (clock_us() >= due_us) {
-        timed_tick();
-    }
-}
-
-#endif
-
-/* --- begin, go on ------------------------------------------------------------------------------------------------- */
-
-_Noreturn void loop_run(void) {
-    identity_log();
+static void start_guard(void) {
     const guard_status_t status = guard_init(&guard, &board_config);
-    if (status != GUARD_OK) {
+    const bool accepted = status == GUARD_OK;
+    if (accepted) {
+        const guard_start_t cause = board_start_cause();
+        const uint32_t restarts = restarts_note(cause);
+        guard_note_start(&guard, cause, restarts, BOARD_VARIANT);
+        log_text("start ");
+        log_number((uint32_t)cause);
+        log_text(" restarts ");
+        log_number(restarts);
+        log_text("\n");
+    } else {
         log_text("configuration refused: ");
         log_number((uint32_t)status);
         log_text("\n");
     }
     log_flush();
-    can_init((wire_format_t)board_config.format);
-    watchdog_start(WATCHDOG_TICKS * board_config.tick_deadline_us);
-    begin();
+    /* Nothing of a refused block is used, neither its format nor its times. */
+    can_init(accepted ? (wire_format_t)board_config.format : FORMAT_CLASSIC);
+    schedule_init(&schedule, accepted ? &board_config : 0, BOARD_VARIANT == GUARD_VARIANT_LOCKSTEP, clock_us());
+    watchdog_start(WATCHDOG_TICKS * schedule.tick_deadline_us);
+}
+
+_Noreturn void loop_run(void) {
+    identity_log();
+    start_guard();
     log_text("on the bus\n");
     for (;;) {
         can_frame_t frame;
@@ -150,7 +107,9 @@ _Noreturn void loop_run(void) {
             take_frame(&frame);
         }
         look_at_bus();
-        look_at_clock();
+        if (schedule_is_due(&schedule, clock_us())) {
+            tick();
+        }
         log_pump();
     }
 }

@@ -5,38 +5,21 @@
  */
 #include "board.h"
 
+#include "clocks.h"
 #include "exceptions.h"
 #include "log.h"
 #include "registers.h"
+#include "reset_cause.h"
 
 enum { PIN_PERMISSION = 8, PIN_UART = 2, PIN_CAN_RX = 11, PIN_CAN_TX = 12 };
-enum { CORE_MHZ = 170, UART_DIVISOR = 1476 }; /* 170 MHz / 115200 */
-enum { WATCHDOG_TICK_US = 128 };              /* LSI / 4 at the slowest that the data sheet allows, about 31 kHz */
+enum { UART_DIVISOR = 1476, UART_DIVISOR_HSI = 139 }; /* 115200 baud from 170 MHz, from the 16 MHz after a reset */
+enum { HALT_TIMEOUT_US = 500000, WATCHDOG_TRIES = 100000 };
+enum { WATCHDOG_TICK_US = 128 }; /* LSI / 4 at the slowest that the data sheet allows, about 31 kHz */
 
 static bool permitted;
+static guard_start_t cause;
 static uint32_t last_us;
 static uint64_t time_us;
-
-/* HSE 24 MHz / 6 * 85 = 340 MHz; / 2 = 170 MHz for the core, / 4 = 85 MHz for FDCAN (7.2.4, 6.1.5, 5.3.3). */
-static void start_clocks(void) {
-    RCC_APB1ENR1 |= RCC_APB1ENR1_PWR;
-    RCC_CR |= RCC_CR_HSEON;
-    while ((RCC_CR & RCC_CR_HSERDY) == 0u) {}
-    PWR_CR5 &= ~(uint32_t)PWR_CR5_R1MODE;
-    FLASH_ACR = (FLASH_ACR & ~(uint32_t)FLASH_ACR_LATENCY) | FLASH_ACR_4_WAIT_STATES;
-    while ((FLASH_ACR & FLASH_ACR_LATENCY) != FLASH_ACR_4_WAIT_STATES) {}
-    RCC_PLLCFGR = RCC_PLLCFGR_SOURCE_HSE | ((6u - 1u) << RCC_PLLCFGR_M_SHIFT) | (85u << RCC_PLLCFGR_N_SHIFT) |
-                  RCC_PLLCFGR_QEN | RCC_PLLCFGR_Q_4 | RCC_PLLCFGR_REN;
-    RCC_CR |= RCC_CR_PLLON;
-    while ((RCC_CR & RCC_CR_PLLRDY) == 0u) {}
-    /* From below 80 MHz to above 150 MHz: half the frequency for a microsecond (6.1.5). */
-    RCC_CFGR |= RCC_CFGR_HPRE_2;
-    RCC_CFGR |= RCC_CFGR_SW_PLL;
-    while ((RCC_CFGR & RCC_CFGR_SWS) != RCC_CFGR_SWS_PLL) {}
-    for (volatile uint32_t wait = 0; wait < CORE_MHZ; ++wait) {}
-    RCC_CFGR &= ~(uint32_t)RCC_CFGR_HPRE_2;
-    RCC_CCIPR |= RCC_CCIPR_FDCAN_PLLQ;
-}
 
 static void set_mode(uint32_t pin, uint32_t mode) {
     GPIOA_MODER = (GPIOA_MODER & ~((uint32_t)MODE_MASK << (2u * pin))) | (mode << (2u * pin));
@@ -47,7 +30,7 @@ void board_init(void) {
     RCC_AHB2ENR |= RCC_AHB2ENR_GPIOA;
     permission_withdraw();
     set_mode(PIN_PERMISSION, MODE_OUTPUT);
-    start_clocks();
+    const bool clocked = clocks_start();
     RCC_APB1ENR1 |= RCC_APB1ENR1_TIM2 | RCC_APB1ENR1_USART2 | RCC_APB1ENR1_FDCAN;
     GPIOA_AFRL |= (uint32_t)ALTERNATE_USART << (4u * PIN_UART);
     GPIOA_AFRH |= ((uint32_t)ALTERNATE_FDCAN << (4u * (PIN_CAN_RX - 8u))) |
@@ -55,13 +38,24 @@ void board_init(void) {
     set_mode(PIN_UART, MODE_ALTERNATE);
     set_mode(PIN_CAN_RX, MODE_ALTERNATE);
     set_mode(PIN_CAN_TX, MODE_ALTERNATE);
-    TIM2_PSC = CORE_MHZ - 1u;
+    TIM2_PSC = CLOCKS_CORE_MHZ - 1u;
     TIM2_ARR = UINT32_MAX;
     TIM2_EGR = TIM_EGR_UG;
     TIM2_CR1 = TIM_CR1_CEN;
-    USART2_BRR = UART_DIVISOR;
+    USART2_BRR = clocked ? UART_DIVISOR : UART_DIVISOR_HSI;
     USART2_CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_FIFOEN;
-    fault_log_recorded();
+    cause = reset_cause(RCC_CSR, fault_log_recorded());
+    RCC_CSR |= RCC_CSR_RMVF; /* or the next start would see these flags again */
+    if (!clocked) {
+        log_text("the clock does not start: no guard\n");
+        watchdog_start(HALT_TIMEOUT_US); /* by its own oscillator: another try */
+        log_flush();
+        board_halt();
+    }
+}
+
+guard_start_t board_start_cause(void) {
+    return cause;
 }
 
 uint64_t clock_us(void) {
@@ -94,7 +88,8 @@ void watchdog_start(uint32_t timeout_us) {
     IWDG_KR = IWDG_UNLOCK;
     IWDG_PR = 0; /* LSI / 4 */
     IWDG_RLR = (ticks < IWDG_RLR_MAX) ? ticks : (uint32_t)IWDG_RLR_MAX;
-    while (IWDG_SR != 0u) {}
+    /* Without them it runs at its longest, half a second: still a watchdog. */
+    for (uint32_t tries = 0; (IWDG_SR != 0u) && (tries < (uint32_t)WATCHDOG_TRIES); ++tries) {}
     IWDG_KR = IWDG_RELOAD;
 }
 

@@ -28,8 +28,9 @@ _Noreturn void fault_stop(void) {
     board_halt();
 }
 
-void fault_log_recorded(void) {
-    if ((record.magic == RECORD_MAGIC) && (record.magic_inverted == ~RECORD_MAGIC)) {
+bool fault_log_recorded(void) {
+    const bool recorded = (record.magic == RECORD_MAGIC) && (record.magic_inverted == ~RECORD_MAGIC);
+    if (recorded) {
         log_text("before this start: exception ");
         log_number(record.exception);
         log_text(" status ");
@@ -39,4 +40,5 @@ void fault_log_recorded(void) {
         log_text("\n");
     }
     record.magic = 0;
+    return recorded;
 }

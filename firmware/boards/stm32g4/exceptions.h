@@ -3,8 +3,10 @@
 #ifndef TAUPERP_STM32G4_EXCEPTIONS_H
 #define TAUPERP_STM32G4_EXCEPTIONS_H
 
-/* Tells the log about a fault recorded before this start, once. */
-void fault_log_recorded(void);
+#include <stdbool.h>
+
+/* Tells the log about a fault recorded before this start, once. True if there was one. */
+bool fault_log_recorded(void);
 
 _Noreturn void fault_stop(void);
 

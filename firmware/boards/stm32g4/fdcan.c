@@ -19,11 +19,13 @@ enum {
 };
 
 #define FILTER_COUNT (PROTOCOL_RECEIVE_COUNT + 1)
+#define INIT_TRIES   100000u
 #define ANSWER_TRIES 1000u /* register reads: a few us */
 
 static const uint8_t LENGTHS[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
 
 static bool stuck;
+static bool dead; /* the controller did not answer at start: no frame in or out, and the bus is down */
 
 static void set_filters(void) {
     for (uint32_t slot = 0; slot < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++slot) {
@@ -38,14 +40,22 @@ static void set_filters(void) {
     fdcan_write(FDCAN_RXGFC, ((uint32_t)FILTER_COUNT << RXGFC_LSS_SHIFT) | RXGFC_ANFE_REJECT | RXGFC_ANFS_REJECT);
 }
 
-static void wait_for_init(void) {
-    while ((fdcan_read(FDCAN_CCCR) & CCCR_INIT) == 0u) {}
+static bool comes_to_init(void) {
+    for (uint32_t tries = 0; tries < INIT_TRIES; ++tries) {
+        if ((fdcan_read(FDCAN_CCCR) & CCCR_INIT) != 0u) {
+            return true;
+        }
+    }
+    return false;
 }
 
 void can_init(wire_format_t format) {
     stuck = false;
     fdcan_write(FDCAN_CCCR, CCCR_INIT);
-    wait_for_init();
+    dead = !comes_to_init();
+    if (dead) {
+        return;
+    }
     fdcan_write(FDCAN_CCCR, CCCR_INIT | CCCR_CCE);
     const uint32_t fd = (format == FORMAT_FD) ? (uint32_t)(CCCR_FDOE | CCCR_BRSE) : 0u;
     fdcan_write(FDCAN_CCCR, CCCR_INIT | CCCR_CCE | fd);
@@ -89,8 +99,8 @@ static bool receive_from(uint32_t status_register, uint32_t acknowledge_register
 }
 
 bool can_receive(can_frame_t *frame) {
-    return receive_from(FDCAN_RXF0S, FDCAN_RXF0A, RAM_FIFO_0, frame) ||
-           receive_from(FDCAN_RXF1S, FDCAN_RXF1A, RAM_FIFO_1, frame);
+    return !dead && (receive_from(FDCAN_RXF0S, FDCAN_RXF0A, RAM_FIFO_0, frame) ||
+                     receive_from(FDCAN_RXF1S, FDCAN_RXF1A, RAM_FIFO_1, frame));
 }
 
 static void fill(uint32_t element, const can_frame_t *frame) {
@@ -108,6 +118,9 @@ static void fill(uint32_t element, const can_frame_t *frame) {
 
 /* A frame on the wire right now cannot be taken back; it leaves two of the three buffers. */
 bool can_answer(const can_frame_t frames[], uint32_t count) {
+    if (dead) {
+        return false;
+    }
     const uint32_t pending = fdcan_read(FDCAN_TXBRP);
     if (pending != 0u) {
         fdcan_write(FDCAN_TXBCR, pending);
@@ -127,6 +140,9 @@ bool can_answer(const can_frame_t frames[], uint32_t count) {
 }
 
 uint32_t can_faults(void) {
+    if (dead) {
+        return CAN_FAULT_STUCK;
+    }
     const uint32_t flags = fdcan_read(FDCAN_IR) & (uint32_t)(IR_RF0L | IR_RF1L | IR_BO);
     uint32_t faults = stuck ? (uint32_t)CAN_FAULT_STUCK : 0u;
     stuck = false;

@@ -4,24 +4,36 @@
 
 #include <stdint.h>
 
+/* Through a function where a test puts a model of the device. */
+#ifdef REGISTER_MODEL
+volatile uint32_t *register_model(uint32_t address);
+#define REGISTER(address) (*register_model(address))
+#else
 #define REGISTER(address) (*(volatile uint32_t *)(address))
+#endif
 
 /* 7.4 RCC */
-#define RCC_CR       REGISTER(0x40021000u)
-#define RCC_CFGR     REGISTER(0x40021008u)
+#define RCC_CR_ADDRESS   0x40021000u
+#define RCC_CFGR_ADDRESS 0x40021008u
+
+#define RCC_CR       REGISTER(RCC_CR_ADDRESS)
+#define RCC_CFGR     REGISTER(RCC_CFGR_ADDRESS)
 #define RCC_PLLCFGR  REGISTER(0x4002100Cu)
 #define RCC_AHB2ENR  REGISTER(0x4002104Cu)
 #define RCC_APB1ENR1 REGISTER(0x40021058u)
 #define RCC_CCIPR    REGISTER(0x40021088u)
+#define RCC_CSR      REGISTER(0x40021094u)
 
 enum {
     RCC_CR_HSEON = 1u << 16,
     RCC_CR_HSERDY = 1u << 17,
+    RCC_CR_CSSON = 1u << 19, /* clock security: a crystal that stops is an NMI */
     RCC_CR_PLLON = 1u << 24,
     RCC_CR_PLLRDY = 1u << 25,
     RCC_CFGR_SW_PLL = 3u,
     RCC_CFGR_SWS = 3u << 2,
     RCC_CFGR_SWS_PLL = 3u << 2,
+    RCC_CFGR_HPRE = 0xFu << 4,
     RCC_CFGR_HPRE_2 = 8u << 4,
     RCC_PLLCFGR_SOURCE_HSE = 3u,
     RCC_PLLCFGR_M_SHIFT = 4,
@@ -34,10 +46,20 @@ enum {
     RCC_APB1ENR1_USART2 = 1u << 17,
     RCC_APB1ENR1_FDCAN = 1u << 25,
     RCC_APB1ENR1_PWR = 1u << 28,
-    RCC_CCIPR_FDCAN_PLLQ = 1u << 24
+    RCC_CCIPR_FDCAN_PLLQ = 1u << 24,
+    RCC_CSR_RMVF = 1u << 23, /* clears the flags below */
+    RCC_CSR_OBLRSTF = 1u << 25,
+    RCC_CSR_PINRSTF = 1u << 26,
+    RCC_CSR_BORRSTF = 1u << 27, /* power-on too */
+    RCC_CSR_SFTRSTF = 1u << 28,
+    RCC_CSR_IWDGRSTF = 1u << 29,
+    RCC_CSR_WWDGRSTF = 1u << 30
 };
 
-#define FLASH_ACR REGISTER(0x40022000u) /* 5.7.1 */
+#define RCC_CSR_LPWRRSTF (1u << 31)
+
+#define FLASH_ACR_ADDRESS 0x40022000u
+#define FLASH_ACR         REGISTER(FLASH_ACR_ADDRESS) /* 5.7.1 */
 enum { FLASH_ACR_LATENCY = 0xFu, FLASH_ACR_4_WAIT_STATES = 4u };
 
 #define PWR_CR5 REGISTER(0x40007080u) /* 6.4.21 */

@@ -56,9 +56,11 @@ _Noreturn void fault_stop(fault_kind_t kind, uint32_t return_address, uint32_t s
     board_halt();
 }
 
-void fault_log_recorded(void) {
-    if ((record.magic == RECORD_MAGIC) && (record.magic_inverted == ~RECORD_MAGIC)) {
+bool fault_log_recorded(void) {
+    const bool recorded = (record.magic == RECORD_MAGIC) && (record.magic_inverted == ~RECORD_MAGIC);
+    if (recorded) {
         log_record("before this start: ");
     }
     record.magic = 0;
+    return recorded;
 }

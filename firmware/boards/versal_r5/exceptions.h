@@ -3,6 +3,7 @@
 #ifndef TAUPERP_VERSAL_R5_EXCEPTIONS_H
 #define TAUPERP_VERSAL_R5_EXCEPTIONS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef enum {
@@ -19,7 +20,7 @@ typedef enum {
 /* Called by the vectors, on a stack of its own. `return_address` is the banked link register. */
 _Noreturn void fault_stop(fault_kind_t kind, uint32_t return_address, uint32_t saved_status);
 
-/* Tells the log about a fault recorded before this start, once. */
-void fault_log_recorded(void);
+/* Tells the log about a fault recorded before this start, once. True if there was one. */
+bool fault_log_recorded(void);
 
 #endif

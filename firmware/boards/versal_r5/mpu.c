@@ -18,6 +18,9 @@ enum {
 #define PERIPHERALS      0xFF000000u
 #define PERIPHERALS_SIZE 24u /* log2 of bytes: 16 MB */
 
+#define RESET_REASONS      0xF1260000u /* CRP */
+#define RESET_REASONS_SIZE 16u
+
 extern uint8_t linker_code_start[], linker_code_log2[], linker_data_region_start[], linker_data_region_log2[];
 extern uint8_t linker_stack_guard[], linker_stack_guard_log2[];
 
@@ -35,6 +38,7 @@ void mpu_init(void) {
                READ_WRITE | NORMAL | EXECUTE_NEVER);
     set_region(2, (uint32_t)linker_stack_guard, (uint32_t)linker_stack_guard_log2, NO_ACCESS | NORMAL | EXECUTE_NEVER);
     set_region(3, PERIPHERALS, PERIPHERALS_SIZE, READ_WRITE | DEVICE | EXECUTE_NEVER);
+    set_region(4, RESET_REASONS, RESET_REASONS_SIZE, READ_ONLY | DEVICE | EXECUTE_NEVER);
     uint32_t sctlr;
     __asm volatile("mrc p15, 0, %0, c1, c0, 0" : "=r"(sctlr));
     sctlr |= SCTLR_MPU;

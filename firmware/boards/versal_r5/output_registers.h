@@ -1,23 +1,26 @@
-/* output_registers: the LPD's GPIO and window watchdog, for the permission pin and the watchdog (AM012, Versal ACAP
- * register reference: LPD_GPIO, LPD_WWDT).
+/* output_registers: the LPD's GPIO and window watchdog, for the permission pin and the watchdog; the platform's reset
+ * reasons and time stamps, read only (AM012, Versal ACAP register reference: LPD_GPIO, LPD_WWDT, CRP, IOU_SCNTRS).
  *
- * The code goes through these two functions. QEMU's Versal has neither device, and an access to a missing one faults: a
- * build that is not for silicon has words in memory in their place, which nobody but this code reads. A test puts a
- * model there. */
+ * The code goes through these two functions. QEMU's Versal has none of these devices, and an access to a missing one
+ * faults: a build for the emulator has words in memory in their place. A test puts a model there. */
 #ifndef TAUPERP_VERSAL_R5_OUTPUT_REGISTERS_H
 #define TAUPERP_VERSAL_R5_OUTPUT_REGISTERS_H
 
 #include <stdint.h>
 
+/* One device every 0x400 of these offsets. */
 enum {
     GPIO_MASK_DATA_3_LSW = 0x018, /* bank 3 (EMIO 0 to 31), pins 0 to 15: bits to leave on top, levels below */
     GPIO_DIRM_3 = 0x2C4,          /* 1: output */
     GPIO_OEN_3 = 0x2C8,           /* 1: driven */
-    WWDT_MWR = 0x400,             /* from here on the watchdog's registers; bit 0: the others may be written */
+    WWDT_MWR = 0x400,             /* bit 0: the others may be written */
     WWDT_ESR = 0x404,
-    WWDT_FWR = 0x40C, /* first window, in which it must not be served, in counts */
-    WWDT_SWR = 0x410, /* second window, at the end of which it resets */
-    OUTPUT_WORDS = 0x414 / 4
+    WWDT_FWR = 0x40C,         /* first window, in which it must not be served, in counts */
+    WWDT_SWR = 0x410,         /* second window, at the end of which it resets */
+    CRP_RESET_REASON = 0xA20, /* reset_cause.h */
+    SCNTR_COUNT = 0xC08,      /* time stamp counter, lower half */
+    SCNTR_FREQUENCY = 0xC20,  /* Hz */
+    OUTPUT_WORDS = 0x1000 / 4
 };
 
 enum {
@@ -30,17 +33,16 @@ enum {
 uint32_t output_read(uint32_t offset);
 void output_write(uint32_t offset, uint32_t value);
 #else
-#ifdef TAUPERP_SILICON
-#define LPD_GPIO 0xFF0B0000u
-#define LPD_WWDT 0xFF120000u
-static inline volatile uint32_t *output_word(uint32_t offset) {
-    const uint32_t wwdt = offset - (uint32_t)WWDT_MWR;
-    return (volatile uint32_t *)((offset < (uint32_t)WWDT_MWR) ? (LPD_GPIO + offset) : (LPD_WWDT + wwdt));
-}
-#else
+#ifdef TAUPERP_EMULATOR
 extern volatile uint32_t output_words[OUTPUT_WORDS];
 static inline volatile uint32_t *output_word(uint32_t offset) {
     return &output_words[offset / 4u];
+}
+#else
+static inline volatile uint32_t *output_word(uint32_t offset) {
+    /* LPD_GPIO, LPD_WWDT, CRP, IOU_SCNTRS */
+    static const uint32_t bases[4] = {0xFF0B0000u, 0xFF120000u, 0xF1260000u, 0xFF140000u};
+    return (volatile uint32_t *)(bases[(offset / 0x400u) & 3u] + (offset & 0x3FFu));
 }
 #endif
 static inline uint32_t output_read(uint32_t offset) {

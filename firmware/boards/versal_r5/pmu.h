@@ -5,10 +5,10 @@
 
 #include <stdint.h>
 
-#ifdef TAUPERP_SILICON
-#define PMU_CYCLES_PER_US 600u /* the RPU clock, in MHz, that the boot image sets */
-#else
+#ifdef TAUPERP_EMULATOR
 #define PMU_CYCLES_PER_US 1000u /* QEMU's R5F runs at 1 GHz */
+#else
+#define PMU_CYCLES_PER_US 600u /* the RPU clock, in MHz, that the boot image sets; board_init checks it */
 #endif
 
 void pmu_init(void);

@@ -1,4 +1,6 @@
-/* clock: the one clock of the process, CLOCK_MONOTONIC in microseconds, and when a frame came in on it.
+/* clock: the one clock of the process in microseconds, and when a frame came in on it. It is CLOCK_BOOTTIME, which goes
+ * on while the machine sleeps: a guard that slept through its deadlines wakes up in FAULT (TICK_LATE). On a kernel
+ * without it (before 2.6.39, or 3.15 for timers) it is CLOCK_MONOTONIC.
  *
  * The kernel stamps a frame by CLOCK_REALTIME, which an operator or NTP may set at any moment. So only the frame's age
  * is taken from it, at reception: age = realtime now - stamp, and the frame came in at monotonic now - age. A step of
@@ -22,6 +24,7 @@ typedef struct {
     int64_t realtime_ns;
 } clock_pair_t;
 
+clockid_t clock_choose(void); /* for the timer */
 uint64_t clock_monotonic_us(void);
 clock_pair_t clock_read_pair(void);
 

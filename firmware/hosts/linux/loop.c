@@ -18,32 +18,32 @@
 
 /* --- time --------------------------------------------------------------------------------------------------------- */
 
-static void set_timer(loop_t *self, uint64_t due_us) {
-    self->due_us = due_us;
+/* A timer that is set too early costs one wake-up; setting it again with every frame costs a system call each. */
+static void set_timer(loop_t *self) {
+    const uint64_t due_us = self->schedule.due_us;
+    if (self->timer_set && (self->timer_us <= due_us)) {
+        return;
+    }
+    /* A time of zero would disarm it. */
+    const uint64_t at_us = (due_us > 0u) ? due_us : 1u;
     const struct itimerspec when = {
-        .it_value = {.tv_sec = (time_t)(due_us / US_PER_S), .tv_nsec = (long)(due_us % US_PER_S) * NS_PER_US}};
+        .it_value = {.tv_sec = (time_t)(at_us / US_PER_S), .tv_nsec = (long)(at_us % US_PER_S) * NS_PER_US}};
     (void)timerfd_settime(self->timer, TFD_TIMER_ABSTIME, &when, NULL);
-}
-
-/* What a tick on a complete cycle leaves the next cycle to be late by. */
-static uint64_t grace_us(const guard_config_t *config) {
-    const uint32_t left = (config->tick_deadline_us - config->period_us) / 2u;
-    const uint32_t half = config->period_us / 2u;
-    return (left < half) ? left : half;
+    self->timer_us = at_us;
+    self->timer_set = true;
 }
 
 /* What the journal says: guard time, as the states beside it. */
 static uint64_t journal_time(const loop_t *self, uint64_t now_us) {
-    return self->in_lockstep ? self->lockstep.now_us : now_us;
+    return schedule_time(&self->schedule, now_us);
 }
 
 /* --- the bus's troubles ------------------------------------------------------------------------------------------- */
 
+/* In every state, before the first tick too: what follows from it is the guard's to decide. */
 static void withdraw(loop_t *self, guard_reason_t reason) {
-    if ((self->out.state == GUARD_STATE_MONITORING) || (self->out.state == GUARD_STATE_STOPPED)) {
-        guard_trip(&self->guard, reason);
-        self->urgent = self->urgent || self->out.permitted;
-    }
+    guard_trip(&self->guard, reason);
+    self->urgent = self->urgent || self->out.permitted;
 }
 
 /* The socket said so, on reading or on sending. */
@@ -135,16 +135,19 @@ static void send_answer(loop_t *self, uint64_t now_us) {
     }
 }
 
-/* At guard time now_us, which in real time is about monotonic_us. Returns when it was done. */
-static uint64_t tick(loop_t *self, uint64_t monotonic_us, uint64_t now_us) {
+/* Now. Returns when the verdict was there. */
+static uint64_t tick(loop_t *self) {
     const guard_output_t before = self->out;
+    const uint64_t monotonic_us = clock_monotonic_us();
+    const uint64_t now_us = schedule_time(&self->schedule, clock_now(&self->clock, monotonic_us));
     guard_tick(&self->guard, now_us, &self->out);
     const uint64_t done_us = clock_monotonic_us();
-    if (!self->in_lockstep) { /* there, a tick takes no time */
+    if (!self->schedule.in_lockstep) { /* there, a tick takes no time */
         const uint64_t took_us = done_us - monotonic_us;
         guard_note_tick_time(&self->guard, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
     }
     send_answer(self, now_us);
+    schedule_ticked(&self->schedule, monotonic_us, self->out.fresh);
     self->counts.ticks++;
     self->counts.fresh_ticks += self->out.fresh ? 1u : 0u;
     self->counts.permits += self->out.permitted ? 1u : 0u;
@@ -152,24 +155,9 @@ static uint64_t tick(loop_t *self, uint64_t monotonic_us, uint64_t now_us) {
     return done_us;
 }
 
-static void tick_in_real_time(loop_t *self) {
-    const uint64_t monotonic_us = clock_monotonic_us();
-    (void)tick(self, monotonic_us, clock_now(&self->clock, monotonic_us));
-    set_timer(self, monotonic_us + self->config->period_us + (self->out.fresh ? grace_us(self->config) : 0u));
-}
-
-/* The cycle is complete: answer. `frame_us` is when its last frame came in, `read_us` when it was read. */
-static void answer(loop_t *self, uint64_t frame_us, uint64_t read_us) {
-    const uint64_t begin_us = clock_monotonic_us();
-    uint64_t ready_us = begin_us;
-    if (self->in_lockstep) {
-        ready_us = tick(self, begin_us, self->lockstep.now_us);
-    } else {
-        ready_us = tick(self, begin_us, clock_now(&self->clock, begin_us));
-        set_timer(self, begin_us + self->config->period_us + grace_us(self->config));
-    }
-    histogram_add(&self->counts.work, ready_us - read_us);
-    histogram_add(&self->counts.response, clock_monotonic_us() - frame_us);
+static void timer_tick(loop_t *self) {
+    self->counts.timer_ticks++;
+    (void)tick(self);
 }
 
 /* --- frames ------------------------------------------------------------------------------------------------------- */
@@ -190,18 +178,15 @@ static void look_for_company(loop_t *self, const can_frame_t *frame, uint64_t no
 static void take_frame(loop_t *self, const can_frame_t *frame, uint64_t frame_us, uint64_t read_us) {
     self->counts.frames++;
     look_for_company(self, frame, frame_us);
-    uint64_t now_us = frame_us;
-    if (self->in_lockstep) {
-        lockstep_hear(&self->lockstep, frame);
-        while (lockstep_owes_tick(&self->lockstep)) {
-            self->counts.timer_ticks++;
-            (void)tick(self, read_us, self->lockstep.now_us);
-        }
-        now_us = self->lockstep.now_us;
+    schedule_hear(&self->schedule, frame, read_us);
+    while (schedule_owes_tick(&self->schedule)) {
+        timer_tick(self);
     }
-    guard_receive(&self->guard, frame, now_us);
-    if (guard_cycle_complete(&self->guard) && (!self->in_lockstep || lockstep_complete(&self->lockstep))) {
-        answer(self, frame_us, read_us);
+    guard_receive(&self->guard, frame, schedule_time(&self->schedule, frame_us));
+    if (schedule_complete(&self->schedule, guard_cycle_complete(&self->guard))) {
+        const uint64_t ready_us = tick(self);
+        histogram_add(&self->counts.work, ready_us - read_us);
+        histogram_add(&self->counts.response, clock_monotonic_us() - frame_us);
     }
 }
 
@@ -214,7 +199,6 @@ static void hear(loop_t *self) {
         bus_failed(self, read.monotonic_us, problem);
     }
     if (count > 0u) {
-        self->heard_us = read.monotonic_us;
         look_for_overflow(self, read.monotonic_us);
     }
     for (size_t i = 0; i < count; i++) {
@@ -229,39 +213,25 @@ static void hear(loop_t *self) {
 
 /* --- the clock's turn --------------------------------------------------------------------------------------------- */
 
-static void watch_silence(loop_t *self, uint64_t monotonic_us) {
-    if (monotonic_us < (self->heard_us + LOCKSTEP_SILENCE_US)) {
-        set_timer(self, self->heard_us + LOCKSTEP_SILENCE_US);
-        return;
-    }
-    if (lockstep_silence(&self->lockstep)) {
-        self->counts.timer_ticks++;
-        (void)tick(self, monotonic_us, self->lockstep.now_us);
-    }
-    set_timer(self, monotonic_us + LOCKSTEP_SILENCE_US);
-}
-
 static void look_at_clock(loop_t *self) {
     uint64_t expirations = 0;
     (void)!read(self->timer, &expirations, sizeof expirations);
+    self->timer_set = false;
     const uint64_t monotonic_us = clock_monotonic_us();
-    if (monotonic_us < self->due_us) {
+    if (monotonic_us < self->schedule.due_us) {
         return; /* a tick has moved it on since */
     }
     look_for_interface(self, monotonic_us);
-    if (self->in_lockstep) {
-        watch_silence(self, monotonic_us);
-    } else {
-        self->counts.timer_ticks++;
-        tick_in_real_time(self);
+    if (schedule_is_due(&self->schedule, monotonic_us)) {
+        timer_tick(self);
     }
 }
 
 static void act_at_once(loop_t *self) {
     if (self->urgent) {
         self->urgent = false;
-        if (!self->in_lockstep) { /* there, a cycle has one tick: the next one tells */
-            tick_in_real_time(self);
+        if (!self->schedule.in_lockstep) { /* there, a cycle has one tick: the next one tells */
+            (void)tick(self);
         }
     }
 }
@@ -294,16 +264,15 @@ void loop_hold_signals(void) {
 static bool begin(loop_t *self) {
     const sigset_t ending = ending_signals();
     self->epoll = epoll_create1(EPOLL_CLOEXEC);
-    self->timer = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+    self->timer = timerfd_create(clock_choose(), TFD_NONBLOCK | TFD_CLOEXEC);
     self->signals = signalfd(-1, &ending, SFD_NONBLOCK | SFD_CLOEXEC);
     if ((self->epoll < 0) || !watch(self, self->timer) || !watch(self, self->signals) ||
         !watch(self, self->bus.socket)) {
         complain("%s", strerror(errno));
         return false;
     }
-    self->lockstep = (lockstep_t){.period_us = self->config->period_us};
-    self->heard_us = clock_now(&self->clock, clock_monotonic_us());
-    set_timer(self, self->in_lockstep ? (self->heard_us + LOCKSTEP_SILENCE_US) : self->heard_us);
+    schedule_init(&self->schedule, self->config, self->in_lockstep, clock_now(&self->clock, clock_monotonic_us()));
+    set_timer(self);
     return true;
 }
 
@@ -325,22 +294,22 @@ static bool turn(loop_t *self, const struct epoll_event *events, int count) {
         look_at_clock(self);
         act_at_once(self); /* its answer may not have gone out */
     }
+    set_timer(self);
     return end;
 }
 
 static void last_words(loop_t *self) {
     guard_trip(&self->guard, GUARD_REASON_SHUTDOWN);
-    const uint64_t monotonic_us = clock_monotonic_us();
-    const uint64_t now_us = self->in_lockstep ? self->lockstep.now_us : clock_now(&self->clock, monotonic_us);
-    (void)tick(self, monotonic_us, now_us);
-    journal_counts(&self->journal, now_us, &self->counts, &self->guard.counters, true);
+    (void)tick(self);
+    journal_counts(&self->journal, journal_time(self, self->clock.latest_us), &self->counts, &self->guard.counters,
+                   true);
 }
 
 bool loop_run(loop_t *self) {
     if (!begin(self)) {
         return false;
     }
-    uint64_t counts_us = self->heard_us;
+    uint64_t counts_us = self->clock.latest_us;
     for (bool end = false; !end;) {
         struct epoll_event events[EVENTS_AT_ONCE];
         const int count = epoll_wait(self->epoll, events, EVENTS_AT_ONCE, -1);

@@ -1,13 +1,11 @@
 /* loop: the one loop of the process: frames in, ticks, frames out.
  *
- * A tick is made as soon as a cycle is complete. Where that does not happen, the timer makes it: a period and half of
- * what is left to the tick deadline, at most half a period, after a tick on a complete cycle (so that an on-time cycle
- * with some jitter is not cut in two); a period after any other. In lockstep see lockstep.h.
+ * schedule.h says when to tick.
  *
  * What goes wrong with the bus ends the permission (guard_trip), and a StopCommand that says so is tried at once:
  *   bus-off: BUS_OFF; the interface is down or gone, the controller's transmission times out, or the kernel does not
  *   take a StopCommand (its queue is full, so older ones are stuck in it): BUS_DOWN; the socket or the controller lost
- *   frames: RX_OVERFLOW. Before anything has been permitted there is nothing to end, and these are only told.
+ *   frames: RX_OVERFLOW. The guard gets them in every state, before the first tick too.
  *   Another guard's StopCommand: ANOTHER_GUARD (guard.h), at once.
  * An interface that comes back, or that is removed and made again under its name, is taken up again by itself; the trip
  * stays latched as any other.
@@ -19,7 +17,7 @@
 #include "clock.h"
 #include "guard.h"
 #include "journal.h"
-#include "lockstep.h"
+#include "schedule.h"
 
 typedef struct {
     const guard_config_t *config;
@@ -29,19 +27,19 @@ typedef struct {
     bool in_lockstep;
 
     guard_output_t out; /* of the last tick */
-    lockstep_t lockstep;
+    schedule_t schedule;
     guard_clock_t clock;
     journal_counts_t counts;
     int epoll, timer, signals;
-    uint64_t due_us;     /* CLOCK_MONOTONIC: the timer's next tick, or look at the silence */
-    uint64_t heard_us;   /* the last frame was read */
+    uint64_t timer_us;   /* what the timer is set to */
     uint64_t told_us;    /* the last line of counters or of a reason that changes */
     uint32_t overflows;  /* of the socket, as last seen */
     uint32_t bus_errors; /* BUS_ERROR_*, as last told */
     bool stuck;          /* the bus does not take frames, since a StopCommand last went out */
-    bool urgent;         /* tick at once */
-    bool told_state;     /* a state has been told */
-    bool told_company;   /* that there is another guard */
+    bool timer_set;
+    bool urgent;       /* tick at once */
+    bool told_state;   /* a state has been told */
+    bool told_company; /* that there is another guard */
 } loop_t;
 
 /* Before the first line or frame: from here on SIGTERM, SIGINT and SIGHUP wait until loop_run looks for them. */

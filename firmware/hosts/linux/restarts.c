@@ -29,8 +29,8 @@ restarts_t restarts_note(void) {
         return restarts;
     }
     const int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (file < 0) {
-        return restarts;
+    if (file < 0) { /* there may have been any number */
+        return (restarts_t){.cause = GUARD_START_UNKNOWN, .count = GUARD_MAX_RESTARTS};
     }
     uint8_t count = 0;
     if (read(file, &count, sizeof count) == (ssize_t)sizeof count) { /* the process before left it */

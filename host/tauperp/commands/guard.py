@@ -13,7 +13,7 @@ from tauperp.bus import OwnFrames, add_bus_arguments, open_bus
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.files import build_dir
-from tauperp.firmware import Guard, Reason, Verdict
+from tauperp.firmware import Guard, Reason, Schedule, Start, Variant, Verdict
 
 HELP = """Be the guard on a CAN bus. On SocketCAN this is the native process (build/tauperp-guard); on any other
 interface of python-can it is the firmware's library, by the clock and as fast as Python is. Ends with a last
@@ -25,7 +25,7 @@ NATIVE = "socketcan"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("config", metavar="CONFIG", nargs="?", default="default", help="TOML file or shipped preset")
     parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of the configuration's")
-    parser.add_argument("--lockstep", action="store_true", help="guard time is bus time (SocketCAN only)")
+    parser.add_argument("--lockstep", action="store_true", help="guard time is bus time (for simulated robots)")
     parser.add_argument("--priority", metavar="N", help="SCHED_FIFO priority, 0 for none (SocketCAN only)")
     parser.add_argument("--verbose", action="store_true", help="also a line of counters a second (SocketCAN only)")
     parser.add_argument("--json", action="store_true", help="one JSON object a line instead of text")
@@ -36,11 +36,11 @@ def run(args: argparse.Namespace) -> int:
     configuration = load_configuration(args.config, robot=args.robot)
     if getattr(args, "interface", None) == NATIVE:
         _become_native(args, configuration)
-    for option in ("lockstep", "priority", "verbose"):
+    for option in ("priority", "verbose"):
         if getattr(args, option):
             raise InputError(f"--{option} needs the native process: --interface {NATIVE}")
     with open_bus(args, fd=configuration.settings.wire.format == "fd") as bus:
-        _Node(bus, configuration, args.json).run()
+        _Node(bus, configuration, args.json, args.lockstep).run()
     return 0
 
 
@@ -63,17 +63,15 @@ def _become_native(args: argparse.Namespace, configuration: Configuration) -> No
 
 
 class _Node:
-    """The library's guard by this machine's monotonic clock; the rules of firmware/hosts/linux/loop.h."""
+    """The library's guard by this machine's monotonic clock; firmware/schedule says when to tick."""
 
-    def __init__(self, bus: can.BusABC, configuration: Configuration, as_json: bool) -> None:
+    def __init__(self, bus: can.BusABC, configuration: Configuration, as_json: bool, in_lockstep: bool) -> None:
         self._bus = bus
-        self._guard = Guard(configuration.block())
+        variant = Variant.LOCKSTEP if in_lockstep else Variant.PRODUCT
+        self._guard = Guard(configuration.block(), start=Start.COMMANDED, variant=variant)
+        self._schedule = Schedule(self._guard, in_lockstep=in_lockstep, now_us=_now_us())
         self._configuration = configuration
         self._json = as_json
-        self._period_us = configuration.period_us
-        tick_deadline_us = configuration.settings.deadline.tick_cycles * self._period_us
-        self._grace_us = min(self._period_us, tick_deadline_us - self._period_us) // 2
-        self._due_us = _now_us()
         self._told: tuple[int, int, int] | None = None
         self._ended = False
         self._own = OwnFrames(bus)
@@ -86,7 +84,7 @@ class _Node:
             while not self._ended:
                 self._hear()
             self._guard.trip(Reason.SHUTDOWN)
-            self._tick()
+            self._answer([self._schedule.tick(_now_us())])
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
@@ -96,29 +94,28 @@ class _Node:
 
     def _hear(self) -> None:
         """One frame, or the tick that is due without."""
-        left_us = self._due_us - _now_us()
+        left_us = self._schedule.due_us - _now_us()
         frame = self._bus.recv(timeout=left_us * 1e-6) if left_us > 0 else None
-        if frame is not None:
-            if not self._own.has(frame):
-                self._guard.receive(frame, _now_us())
-            if not self._guard.cycle_complete():
-                return
-        elif _now_us() < self._due_us:
-            return
-        self._tick()
-
-    def _tick(self) -> None:
         begin_us = _now_us()
-        verdict = self._guard.tick(begin_us)
-        self._guard.note_tick_time(_now_us() - begin_us)
-        try:
-            for frame in verdict.frames:
-                self._bus.send(frame)
-                self._own.note(frame)
-        except can.CanOperationError:
-            self._guard.trip(Reason.BUS_DOWN)
-        self._due_us = begin_us + self._period_us + (self._grace_us if verdict.fresh else 0)
-        self._tell(verdict)
+        if frame is None:
+            verdicts = self._schedule.look(begin_us)
+        elif self._own.has(frame):
+            return
+        else:
+            verdicts = self._schedule.receive(frame, begin_us)
+        if verdicts and not self._schedule.in_lockstep:  # there, a tick takes no time
+            self._guard.note_tick_time(_now_us() - begin_us)
+        self._answer(verdicts)
+
+    def _answer(self, verdicts: list[Verdict]) -> None:
+        for verdict in verdicts:
+            try:
+                for frame in verdict.frames:
+                    self._bus.send(frame)
+                    self._own.note(frame)
+            except can.CanOperationError:
+                self._guard.trip(Reason.BUS_DOWN)
+            self._tell(verdict)
 
     def _tell_start(self) -> None:
         block, robot = f"{self._configuration.crc():08x}", self._configuration.robot.name

@@ -13,6 +13,7 @@ Both call the shared library that `make library` builds; nothing of the mathemat
 from tauperp.firmware.core import Core, Projection, Step, Terms
 from tauperp.firmware.guard import Guard, Reason, Start, State, Variant, Verdict, reaction_us
 from tauperp.firmware.library import Library, load_library
+from tauperp.firmware.schedule import Schedule
 
 __all__ = [
     "Core",
@@ -20,6 +21,7 @@ __all__ = [
     "Library",
     "Projection",
     "Reason",
+    "Schedule",
     "Start",
     "State",
     "Step",

@@ -185,10 +185,18 @@ class Guard:
         """For a guard that joins a bus log in the middle: the reset after the start lies before the log."""
         self._guard.acknowledged = True
 
+    @property
+    def config(self) -> Any:
+        """The guard_config_t that the firmware reads."""
+        return self._config
+
     def receive(self, message: can.Message, now_us: int) -> None:
         """Hand over one frame that was received. Error frames are no frames: a real board's controller eats them."""
-        if message.is_error_frame:
-            return
+        if not message.is_error_frame:
+            self._lib.guard_receive(self._guard, self.frame_of(message), now_us)
+
+    def frame_of(self, message: can.Message) -> Any:
+        """The frame as a can_frame_t, in one place in memory: valid until the next call."""
         frame = self._frame
         frame.id = message.arbitration_id
         frame.length = message.dlc  # which a remote frame has without data
@@ -199,7 +207,7 @@ class Guard:
             | (_REMOTE if message.is_remote_frame else 0)
         )
         self._frame_data[:] = bytes(message.data[:_DATA_LENGTH]).ljust(_DATA_LENGTH, b"\0")
-        self._lib.guard_receive(self._guard, frame, now_us)
+        return frame
 
     def cycle_complete(self) -> bool:
         """Every joint's reading of the newest Sync's cycle is in, and no tick has used it yet."""

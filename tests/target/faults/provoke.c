@@ -40,6 +40,14 @@ static void stack_overflow(void) {
     sink = overflow_stack(100000u);
 }
 
+static void restarted_by_exception(void) {
+    log_text("start ");
+    log_number((uint32_t)board_start_cause());
+    log_text("\n");
+    log_flush();
+    undefined_instruction();
+}
+
 int main(void) {
     board_init();
     permission_toggle();
