@@ -43,6 +43,7 @@ class Robot:
         self.n = configuration.robot.n
         self.task = 1
         self.cycle = 0
+        self.resets = 0  # GuardResets sent
         self.torque_nm = Core(configuration.robot, config=configuration).terms(POSE_RAD, 0 * POSE_RAD).gravity
         self.answer: dict[str, float] | None = None  # the newest StopCommand that passed its check
         self.permitted = False
@@ -91,6 +92,7 @@ class Robot:
             self.step(wait=False)
 
     def ask_for_reset(self, request: int, trip: int) -> None:
+        self.resets += 1
         self.bus.send(self.sender.frame("GuardReset", {"Request": request, "TripNumber": trip}))
 
     def _hear(self, timeout_s: float) -> None:

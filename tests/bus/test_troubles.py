@@ -167,7 +167,9 @@ def test_frames_lost_in_the_receive_buffer_end_the_permission(
     assert not robot.permitted
     end = process.end()
     assert end["overflows"] > 0
-    assert end["frames"] + end["overflows"] == flood + 9 * robot.cycle, "every frame is in exactly one counter"
+    assert end["frames"] + end["overflows"] == flood + 9 * robot.cycle + robot.resets, (
+        "every frame is in exactly one counter"
+    )
 
 
 def _cpu_ticks(process: bus_guard.GuardProcess) -> int:

@@ -17,7 +17,7 @@ from can.interfaces.virtual import VirtualBus
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.experiment import Outcome, Setup, run_scenario
-from tauperp.firmware import Guard
+from tauperp.firmware import Guard, Variant
 from tauperp.playing import add_playing_arguments, setup_of
 from tauperp.scenario import Scenario, load_scenario
 from tauperp.sim.lockstep import COMING_TO_REST_S
@@ -71,11 +71,13 @@ class GuardThread(threading.Thread):
         restart_at: int | None = None,
         delays_s: dict[int, float] | None = None,
         alone: bool = False,
+        variant: Variant = Variant.LOCKSTEP,
     ) -> None:
         super().__init__(daemon=True)
         self.bus = virtual()
         self._block = configuration.block()
-        self._guard = Guard(self._block)
+        self._variant = variant
+        self._guard = Guard(self._block, variant=variant)
         self._mute_from, self._restart_at = mute_from, restart_at
         self._delays_s = delays_s or {}
         self._alone = alone
@@ -99,7 +101,7 @@ class GuardThread(threading.Thread):
             if frame is not None and frame.arbitration_id == SYNC:
                 cycle = int(wire.message("Sync").decode(frame.data)["Cycle"])
                 if cycle == self._restart_at:
-                    guard, first = Guard(self._block), cycle
+                    guard, first = Guard(self._block, variant=self._variant), cycle
             if frame is not None and not (self._alone and frame.arbitration_id == STOP_COMMAND):
                 guard.receive(frame, cycle * PERIOD_US)
             # The first frames of all are a reference, so they complete no cycle: silence does.
@@ -313,8 +315,14 @@ def test_by_the_clock_every_cycle_that_was_missed_is_counted(scenario: Scenario)
     assert outcome.report["stops"] == run_scenario(scenario).report["stops"]
 
 
+def test_a_guard_in_lockstep_is_refused_in_real_time_in_one_line(scenario: Scenario) -> None:
+    with GuardThread(scenario.configuration), pytest.raises(InputError, match="runs in lockstep") as error:
+        against_bus(scenario, real_time=True)
+    assert "\n" not in str(error.value)
+
+
 def test_by_the_clock_a_permission_that_is_late_stops_the_robot(scenario: Scenario) -> None:
-    with GuardThread(scenario.configuration, delays_s={300: 0.05}):
+    with GuardThread(scenario.configuration, delays_s={300: 0.05}, variant=Variant.PRODUCT):
         outcome = against_bus(scenario, real_time=True)
     assert outcome.report["real_time"]["permission_not_in_time"] >= 1
     assert "SILENCE" in [stop["reason"] for stop in outcome.report["stops"]]
@@ -322,7 +330,7 @@ def test_by_the_clock_a_permission_that_is_late_stops_the_robot(scenario: Scenar
 
 
 def test_by_the_clock_a_guard_that_falls_silent_ends_the_run(scenario: Scenario) -> None:
-    with GuardThread(scenario.configuration, mute_from=400):
+    with GuardThread(scenario.configuration, mute_from=400, variant=Variant.PRODUCT):
         outcome = against_bus(scenario, Patience(30.0, 0.1), real_time=True)
     assert "no answer of the guard for 0.1 s" in outcome.report["ended"]
     assert not outcome.trace.permitted[400:].any()

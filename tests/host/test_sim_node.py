@@ -57,6 +57,13 @@ class Cell:
     def answer(self, signals: dict[str, float], *, late: int = 0) -> can.Message:
         return self.sender.frame("StopCommand", {**signals, "Cycle": (self.cycle - late) & 0xF})
 
+    def repeated(self, signals: dict[str, float]) -> can.Message:
+        """Another guard's: with the counter of the frame before."""
+        frame = self.answer(signals)
+        counter = (frame.data[1] & 0xF) - 1 & 0xF
+        self.wire.message("StopCommand").seal(frame.data, counter)
+        return frame
+
     def turn(self, *answers: can.Message) -> None:
         """One cycle in which the guard answers with these frames."""
         self.node.begin_cycle(self.cycle)
@@ -116,6 +123,10 @@ def answers_that_permit_nothing() -> dict[str, Any]:
         "the inverse without permission": lambda cell: [cell.answer({**PERMISSION, "Permission": 0})],
         "a frame too many lost before it": lambda cell: [[cell.answer(PERMISSION) for _ in range(12)][-1]],
         "a stop": lambda cell: [cell.answer(STOP)],
+        "a stop before a permission": lambda cell: [cell.answer(STOP), cell.answer(PERMISSION)],
+        "a stop behind a permission": lambda cell: [cell.answer(PERMISSION), cell.answer(STOP)],
+        "a stop of another cycle": lambda cell: [cell.answer(STOP, late=1), cell.answer(PERMISSION)],
+        "a stop whose counter was used": lambda cell: [cell.answer(PERMISSION), cell.repeated(STOP)],
     }
 
 

@@ -1,6 +1,6 @@
 # The gates: what must hold of the checkout. tools/gates runs them to the end and counts.
 FORMATTED_C = $(filter-out firmware/wire/messages.% firmware/wire/protocol.% firmware/robots/%,\
-    $(wildcard host/kernel/*.[ch] firmware/*/*.[ch] firmware/boards/*/*.[ch] firmware/hosts/*/*.[ch] tests/*/*.[ch] tests/*/*/*.[ch] tools/*/*.[ch] tools/*/*.cpp))
+    $(wildcard host/kernel/*.[ch] firmware/*/*.[ch] firmware/boards/*/*.[ch] firmware/hosts/*/*.[ch] firmware/examples/*/*.[ch] tests/*/*.[ch] tests/*/*/*.[ch] tools/*/*.[ch] tools/*/*.cpp))
 PYTHON_SOURCES = host $(wildcard tests tools/*/*.py) $(shell grep -lsE '^\#!.*python' tools/*)
 CLANG ?= clang
 
@@ -44,7 +44,7 @@ lint: ## strict builds by gcc and clang, formatting, ruff, mypy
 	@tools/gates lint lint-gcc lint-clang lint-format lint-python lint-types
 
 # Every C file that a host compiler can build, with every warning an error.
-STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/hosts/linux/*.c) $(KERNEL_SOURCES)
+STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/hosts/linux/*.c firmware/examples/*/*.c) $(KERNEL_SOURCES)
 define STRICT_RULES
 STRICT_OBJECTS_$(1) = $$(foreach numeric,$(NUMERICS),$$(STRICT_SOURCES:%.c=$(BUILD)/object/lint-$(1)-$$(numeric)/%.o))
 -include $$(STRICT_OBJECTS_$(1):.o=.d)
@@ -52,7 +52,7 @@ endef
 define STRICT_OBJECT_RULES
 $(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk
 	@mkdir -p $$(@D)
-	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 -Ifirmware/hosts/library -Ihost/kernel -isystem $(MUJOCO_INCLUDE) $(STRICT) -c -o $$@ $$<
+	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 $(LIBRARY_INCLUDES) -Ihost/kernel -isystem $(MUJOCO_INCLUDE) $(STRICT) -c -o $$@ $$<
 endef
 $(foreach compiler,gcc clang,$(eval $(call STRICT_RULES,$(compiler))))
 $(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,gcc,gcc,$(numeric)))\

@@ -1,7 +1,8 @@
 # The firmware as a shared library for the host, and the declarations that cffi reads.
 ROOMS := core wire guard schedule robots
 FIRMWARE_SOURCES = $(wildcard $(ROOMS:%=firmware/%/*.c))
-LIBRARY_SOURCES = $(FIRMWARE_SOURCES) $(wildcard firmware/hosts/library/*.c)
+LIBRARY_SOURCES = $(FIRMWARE_SOURCES) $(wildcard firmware/robot_side/*.c firmware/hosts/library/*.c)
+LIBRARY_INCLUDES := -Ifirmware/hosts/library -Ifirmware/robot_side
 INCLUDES := $(ROOMS:%=-Ifirmware/%)
 
 # No contraction: every target computes the same bits.
@@ -32,7 +33,7 @@ LIBRARY_OBJECTS_$(1) = $$(LIBRARY_SOURCES:%.c=$(BUILD)/object/library-$(1)/%.o)
 $(BUILD)/object/library-$(1)/%.o: %.c tools/make/firmware.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1))'
-	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC -Ifirmware/hosts/library $(STRICT) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC $(LIBRARY_INCLUDES) $(STRICT) -c -o $$@ $$<
 
 # Linked beside its name and moved: whoever has the old library loaded keeps it.
 $(DIR_$(1))/libtauperp.so: $$(LIBRARY_OBJECTS_$(1))
@@ -42,7 +43,7 @@ $(DIR_$(1))/libtauperp.so: $$(LIBRARY_OBJECTS_$(1))
 
 # cffi parses declarations only: no preprocessor lines, and standard headers expand to nothing.
 $(DIR_$(1))/tauperp.cdef.h: firmware/hosts/library/tauperp.h $(BUILD)/empty/stdint.h
-	@$$(CC) -E -P -nostdinc -std=c11 $(FLAGS_$(1)) -DTAUPERP_CDEF -I$(BUILD)/empty $(INCLUDES) -Ifirmware/hosts/library -MMD -MP -MF $$(@D)/tauperp.d -MT $$@ -o $$@.new $$<
+	@$$(CC) -E -P -nostdinc -std=c11 $(FLAGS_$(1)) -DTAUPERP_CDEF -I$(BUILD)/empty $(INCLUDES) $(LIBRARY_INCLUDES) -MMD -MP -MF $$(@D)/tauperp.d -MT $$@ -o $$@.new $$<
 	@mv $$@.new $$@
 
 -include $$(LIBRARY_OBJECTS_$(1):.o=.d) $(DIR_$(1))/tauperp.d

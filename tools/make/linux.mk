@@ -34,14 +34,20 @@ PEER_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,tests/bus/peer.c f
 SOAK_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,$(wildcard tests/bus/soak*.c) \
     $(filter-out firmware/hosts/%,$(LINUX_SOURCES)))
 
+# The example of a robot's controller (firmware/robot_side).
+CONTROLLER_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,firmware/examples/controller/controller.c \
+    firmware/robot_side/robot_side.c $(wildcard firmware/wire/*.c))
+$(BUILD)/object/linux-float/firmware/examples/%.o $(BUILD)/object/linux-float/firmware/robot_side/%.o: CFLAGS_ALL += -Ifirmware/robot_side
+
 $(BUILD)/bus-peer: $(PEER_OBJECTS)
 $(BUILD)/bus-soak: $(SOAK_OBJECTS)
-$(BUILD)/bus-peer $(BUILD)/bus-soak:
+$(BUILD)/controller: $(CONTROLLER_OBJECTS)
+$(BUILD)/bus-peer $(BUILD)/bus-soak $(BUILD)/controller:
 	@$(CC) -O2 -o $@.new $^
 	@mv $@.new $@
 -include $(wildcard $(BUILD)/object/linux-float/tests/bus/*.d)
 
-bus-test: guard guard-sanitized $(BUILD)/bus-peer $(BUILD)/bus-soak
+bus-test: guard guard-sanitized $(BUILD)/bus-peer $(BUILD)/bus-soak $(BUILD)/controller
 
 .PHONY: bench-can
 bench-can: guard $(BUILD)/bus-peer $(BUILD)/bus-soak library venv ## what the guard's process sustains on vcan; numbers in out/bus/bench.json

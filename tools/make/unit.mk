@@ -23,12 +23,12 @@ UNIT_PROGRAMS_$(1) = $$(UNIT_TESTS:tests/unit/%.c=$(BUILD)/unit/$(1)/%)
 $(BUILD)/object/unit-$(1)/%.o: %.c tools/make/firmware.mk tools/make/unit.mk
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), sanitizers)'
-	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) $(SANITIZE) -Ifirmware/hosts/library $(STRICT) -c -o $$@ $$<
+	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) $(SANITIZE) $(LIBRARY_INCLUDES) $(STRICT) -c -o $$@ $$<
 
 $(BUILD)/unit/$(1)/%: tests/unit/%.c $$(UNIT_OBJECTS_$(1)) $(BUILD)/unity/unity.o
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), sanitizers)'
-	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) $(SANITIZE) -MF $$@.d -Ifirmware/hosts/library -Itests/unit -isystem $(BUILD)/unity \
+	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) $(SANITIZE) -MF $$@.d $(LIBRARY_INCLUDES) -Itests/unit -isystem $(BUILD)/unity \
 	    -Wall -Wextra -Wshadow -Werror -o $$@ $$< $$(UNIT_OBJECTS_$(1)) $(BUILD)/unity/unity.o -lm
 
 # A program that does not build must not run as it was before.

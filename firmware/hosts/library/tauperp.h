@@ -5,6 +5,7 @@
 
 #include "guard.h"
 #include "robot.h"
+#include "robot_side.h"
 #include "schedule.h"
 
 /* Release version as major << 16 | minor << 8 | patch, and what the build decided. */

@@ -8,6 +8,7 @@ import numpy as np
 
 from tauperp.config import TASKS
 from tauperp.errors import InputError
+from tauperp.robot_side import Answer
 from tauperp.scenario import Scenario, StepTable
 from tauperp.sim.arm import Arm
 from tauperp.sim.contact import Hand, Obstructed
@@ -16,7 +17,7 @@ from tauperp.sim.guard_node import GuardPeer
 from tauperp.sim.guiding import Guidance
 from tauperp.sim.moment import Moment, Watch
 from tauperp.sim.motion import Job, Mode, Motion, Move, Wait, Yield
-from tauperp.sim.node import COLLISION, Answer, RobotNode
+from tauperp.sim.node import COLLISION, RobotNode
 from tauperp.sim.pace import Pace
 from tauperp.sim.posture import home
 from tauperp.sim.sensors import Sensors
@@ -36,8 +37,9 @@ class Lockstep:
     """One run of a scenario with a guard that shares the bus. `run` is called once.
 
     `bus` is the robot's own connection. `pace` decides when cycles begin and how long the guard's answer is waited
-    for; a guard that it gives up ends the run, once the robot has stopped by itself. Raises InputError, with the
-    scenario's file and the step, for a move that the arm cannot do, and if there is no guard on the bus to begin with.
+    for; a guard that it gives up ends the run, once the robot has stopped. Raises InputError, with the scenario's file
+    and the step, for a move that the arm cannot do; if there is no guard on the bus to begin with; and in real time for
+    a guard that says that it runs in lockstep.
     """
 
     def __init__(self, scenario: Scenario, bus: can.BusABC, guard: GuardPeer, pace: Pace | None = None) -> None:
@@ -159,6 +161,11 @@ class Lockstep:
         """Whether the guard is, and the robot with it deaf. Raises InputError if it has never been there."""
         node, pace = self._node, self._pace
         reason = None
+        if pace.real_time and self._guard.remote and node.telling.in_lockstep:
+            raise InputError(
+                f"the guard on {self._channel} runs in lockstep: its deadlines do not hold in real time"
+                " (leave out --real-time, or start it without --lockstep)"
+            )
         if pace.note(node.answer):
             assert pace.patience is not None
             if not pace.answered and node.answer is Answer.MISSING:

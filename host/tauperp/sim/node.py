@@ -1,40 +1,28 @@
 """The robot as nodes of the CAN bus: its controller and its joints, which share one bus connection here.
 
-In each cycle it sends Sync, TaskCommand and one JointState a joint, and then obeys what StopCommand answers for that
-very cycle. It trusts nothing else: no answer, an answer to another cycle, or one that fails its E2E check is a stop.
+In each cycle it sends Sync, TaskCommand and one JointState a joint, and then obeys the guard by the rules of
+docs/robot-side.md (tauperp.robot_side): it moves on a good answer to that very cycle, and any stop in the cycle wins.
 """
 
-import enum
 import time
-from collections import deque
 
 import can
 import numpy as np
 
 from tauperp.errors import InputError
+from tauperp.robot_side import NOT_AVAILABLE, SENSOR_OK, Answer, StopCheck
 from tauperp.sim.arm import Arm, JointSample
 from tauperp.sim.motion import Motion, Permit
 from tauperp.sim.sensors import SensorFault, Sensors
 from tauperp.sim.telling import Telling
-from tauperp.wire import E2EStatus, Received, Receiver, Sender, Wire
+from tauperp.wire import Receiver, Sender, Wire
 
-PERMITTED = (1, 14)  # Permission and its inverse: everything else is a stop
 COLLISION = 6  # StopCommand.Reason
 FIRST_PERMISSION = (27, 28)  # StopCommand.Reason: everything is good, a reset is wanted
 SILENCE = 1  # stop category when nobody says which
-SENSOR_OK, NOT_AVAILABLE = 0, 3  # JointState.SensorStatus
 RESET_HALF_S = 0.02  # a reset is asked for with a square wave of this half period, for its edges
-CYCLE_MASK, NIBBLE = 0xFFFF, 0xF
-COMPANY, COMPANY_FRAMES = 8, 24  # so many StopCommands out of sequence among so many are a second guard's
+CYCLE_MASK = 0xFFFF
 OVERTIME_S = 0.05  # after the end of a wait, to read what a busy bus has put in the way
-
-
-class Answer(enum.Enum):
-    """What came to a cycle's frames."""
-
-    MISSING = enum.auto()
-    OTHER = enum.auto()  # only StopCommands of another cycle, or of this one with a counter out of sequence
-    GOOD = enum.auto()
 
 
 class RobotNode:
@@ -54,14 +42,13 @@ class RobotNode:
         self.motion = motion
         self.arm = arm
         self.task = 1  # as on the wire
-        self.stop_command: dict[str, float] | None = None  # the newest that passed its check
+        self.stop_command: dict[str, float] | None = None  # that decided the last cycle
         self.permitted = False
         self.sample = JointSample(*(np.zeros(arm.n) for _ in range(3)))
         n = arm.n
         self.telling = Telling(n)  # of GuardIndex and GuardStatus, if they are to be heard
         self.deaf = False  # obeys nobody any more: never permitted
-        self.answer = Answer.MISSING  # to the last cycle
-        self._out_of_sequence: deque[bool] = deque(maxlen=COMPANY_FRAMES)  # of StopCommands: refused by the counter
+        self._check = StopCheck(wire)
         self._bus = bus
         self._sensors = sensors
         self._sender = Sender(wire, fd=fd)
@@ -83,6 +70,7 @@ class RobotNode:
 
     def begin_cycle(self, cycle: int) -> None:
         """Sample and send."""
+        self._check.begin(cycle)
         self._time_s = time_s = cycle * self.arm.period_s
         self._send("Sync", {"Cycle": cycle & CYCLE_MASK}, cycle)
         x, y, z = self.motion.tip_acceleration
@@ -99,8 +87,7 @@ class RobotNode:
 
         Waits up to `answer_timeout_s` of real time for the guard's answer; with 0 it reads what is there, all of it.
         """
-        self.answer = Answer.MISSING
-        permit = Permit(False, SILENCE) if self.deaf else self._permit(cycle, answer_timeout_s)
+        permit = Permit(False, SILENCE) if self.deaf else self._permit(answer_timeout_s)
         self.permitted = permit.allowed
         self._ask_for_reset()
         torque = self.motion.step(permit, self.sample)
@@ -135,56 +122,44 @@ class RobotNode:
         return frame
 
     @property
+    def answer(self) -> Answer:
+        """To the last cycle."""
+        return self._check.answer
+
+    @property
     def has_company(self) -> bool:
-        """StopCommands of two counters come in: two guards, which a robot cannot obey. Of two that take turns about
-        half are out of sequence; of one whose frames get lost, one each time."""
-        return self._out_of_sequence.count(True) >= COMPANY
+        """Two guards answer."""
+        return self._check.has_company
 
     def forget_the_past(self) -> None:
         """What was said on the bus before the first cycle answers nothing."""
         end_s = time.monotonic() + OVERTIME_S
         while time.monotonic() < end_s and (frame := self._bus.recv(timeout=0.0)) is not None:
-            self._receiver.receive(frame)
+            self._check.forget(frame)
+            self._receiver.receive(frame, decode=False)
 
-    def _permit(self, cycle: int, timeout_s: float) -> Permit:
-        """Read the bus dry, or until the answer to this cycle is there."""
+    def _permit(self, timeout_s: float) -> Permit:
+        """Read until the answer to this cycle is there or the time is over, and then whatever else is there."""
         self.telling.begin()
-        answered = False
         end_s = time.monotonic() + timeout_s if timeout_s > 0.0 else 0.0
-        while self.answer is not Answer.GOOD or timeout_s == 0.0:
-            left_s = end_s - time.monotonic() if timeout_s > 0.0 else 0.0
+        while True:
+            waiting = timeout_s > 0.0 and self.answer is not Answer.GOOD
+            left_s = end_s - time.monotonic() if waiting else 0.0
             frame = self._bus.recv(timeout=max(0.0, left_s)) if left_s > -OVERTIME_S else None
             if frame is None:
                 break
-            if frame.arbitration_id not in self._heard:
-                continue
-            received = self._receiver.receive(frame)
-            if received is None:
-                continue
-            if received.message.name == "StopCommand":
-                answered |= self._take(received, frame, cycle)
-            elif received.status.accepted and not received.invalid:
-                self.telling.hear(received)
-        if not answered or self.stop_command is None or self.has_company:
-            return Permit(False, SILENCE)
-        command = self.stop_command
-        if (command["Permission"], command["PermissionInverted"]) == PERMITTED:
-            return Permit(True)
-        return Permit(False, int(command["StopCategory"]), command["Reason"] == COLLISION)
+            self._hear(frame)
+        permit = self._check.permit()
+        self.stop_command = permit.command
+        return Permit(permit.allowed, permit.category, not permit.allowed and permit.reason == COLLISION)
 
-    def _take(self, received: Received, frame: can.Message, cycle: int) -> bool:
-        """A StopCommand: whether it is the answer to this cycle and may be obeyed."""
-        self.answer = Answer.OTHER
-        self._out_of_sequence.append(received.status in (E2EStatus.REPEATED, E2EStatus.WRONG_SEQUENCE))
-        if received.status.accepted and not received.invalid:
-            self.stop_command = received.signals
-            if received.signals["Cycle"] != cycle & NIBBLE:
-                return False
-            self.answer = Answer.GOOD
-            return True
-        if received.status is E2EStatus.INITIAL and received.message.decode(frame.data)["Cycle"] == cycle & NIBBLE:
-            self.answer = Answer.GOOD  # the first frame of all is not obeyed, but its sender is there
-        return False
+    def _hear(self, frame: can.Message) -> None:
+        if frame.arbitration_id not in self._heard:
+            return
+        self._check.hear(frame)
+        received = self._receiver.receive(frame)
+        if received is not None and received.status.accepted and not received.invalid:
+            self.telling.hear(received)
 
     def _ask_for_reset(self) -> None:
         """While only the permission is missing, ask for it with the number of the trip that took it.

@@ -14,7 +14,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from tauperp.sim.node import Answer
+from tauperp.robot_side import Answer
 
 START_CYCLES = 4  # are tried before there is no guard; one in lockstep looks at a silent bus after 0.25 s
 SPIN_S = 0.0005  # of the wait for a cycle is not slept, as a sleep ends late
@@ -31,6 +31,7 @@ class Patience:
 class Pace:
     """Nobody is waited for. A context manager around the run."""
 
+    real_time = False
     answered = False  # the guard has, at least once
     patience: Patience | None = None  # None: silence is a stop as any other, and the run goes on
 
@@ -88,6 +89,8 @@ class RealTime(Pace):
     in time until the middle of the cycle: the rest is for moving the arm. `patience` None if the guard is in this
     process.
     """
+
+    real_time = True
 
     def __init__(self, period_s: float, patience: Patience | None) -> None:
         self.patience = patience

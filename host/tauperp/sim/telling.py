@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from tauperp.config import NUMERICS, Configuration
 from tauperp.wire import Received
 
+LOCKSTEP = 1  # GuardStatus.Variant
 COUNTERS = {
     "CrcErrors": "crc_errors",
     "SequenceErrors": "sequence_errors",
@@ -72,6 +73,11 @@ class Telling:
                 self.fresh[joint] = True
         elif received.message.name == "GuardStatus":
             self._status.update(signals)
+
+    @property
+    def in_lockstep(self) -> bool:
+        """The guard says that its time is bus time."""
+        return self._number("Variant") == LOCKSTEP
 
     @property
     def counters(self) -> dict[str, int | None]:

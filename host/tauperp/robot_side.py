@@ -1,0 +1,239 @@
+"""The robot's end of the wire, for programs that use python-can: what to send, and when motion is permitted.
+
+    from tauperp.robot_side import RobotSide
+
+    robot = RobotSide(bus, joints=7, fd=True, period_s=1e-3)
+    while True:                                            # once a period
+        q, qd, tau = read_joints()
+        robot.send_cycle(q, qd, tau, task=CONTACT)         # Sync, TaskCommand, one JointState a joint
+        permit = robot.listen()                            # returns with the answer, or after half a period
+        if not permit.allowed:
+            stop(permit.category)
+
+docs/robot-side.md states the rules and the time budget; `StopCheck` has the rules alone, for programs that receive
+elsewhere. firmware/robot_side is the same in C.
+"""
+
+import enum
+import math
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import can
+
+from tauperp.errors import InputError
+from tauperp.wire import E2EStatus, Receiver, Sender, Wire
+
+NO_TASK, PAYLOAD, CONTACT = 1, 2, 3  # TaskCommand.Task
+SENSOR_OK, NOT_AVAILABLE = 0, 3  # JointState.SensorStatus
+MOVE = (1, 14)  # Permission and its inverse: everything else is a stop
+NO_REASON = 1  # StopCommand.Reason of a permission
+SILENCE_CATEGORY = 1  # IEC 60204-1, of a stop that no valid frame asked for
+COMPANY, COMPANY_FRAMES = 8, 24  # so many StopCommands out of sequence among so many are a second guard's
+_CYCLE_MASK, _NIBBLE = 0xFFFF, 0xF
+
+
+class Answer(enum.Enum):
+    """What came to a cycle's frames."""
+
+    MISSING = enum.auto()
+    OTHER = enum.auto()  # only StopCommands of another cycle, or of this one with a counter out of sequence
+    GOOD = enum.auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Permit:
+    """What the robot may do in this cycle. Without permission it performs a stop of `category` (IEC 60204-1)."""
+
+    allowed: bool
+    category: int
+    answer: Answer
+    command: dict[str, float] | None = None  # signals of the StopCommand that decided; None: no valid one
+
+    @property
+    def reason(self) -> int:
+        """StopCommand.Reason; 0 if nobody said one."""
+        return 0 if self.command is None else int(self.command["Reason"])
+
+    @property
+    def trip_number(self) -> int:
+        """To be named in a GuardReset; 0 before the first trip, and if nobody said one."""
+        return 0 if self.command is None else int(self.command["TripNumber"])
+
+
+_SILENT = Permit(False, SILENCE_CATEGORY, Answer.MISSING)
+
+
+class StopCheck:
+    """The rules of docs/robot-side.md over the StopCommands of one guard, a cycle at a time.
+
+    answer_s    after `begin`, by the caller's clock, until which an answer permits; infinite where a robot waits for it
+    hold_s      after `begin` for which the permission lasts, if no next cycle begins; infinite likewise
+
+    Times are seconds of one monotonic clock.
+    """
+
+    def __init__(self, wire: Wire, *, answer_s: float = math.inf, hold_s: float = math.inf) -> None:
+        self.answer = Answer.MISSING
+        self._receiver = Receiver(wire)
+        self._message = wire.message("StopCommand")
+        self._answer_s, self._hold_s = answer_s, hold_s
+        self._cycle, self._begun_s = 0, 0.0
+        self._command: dict[str, float] | None = None  # that permits this cycle
+        self._stop: dict[str, float] | None = None  # the worst one heard in this cycle
+        self._out_of_sequence: deque[bool] = deque(maxlen=COMPANY_FRAMES)
+
+    def begin(self, cycle: int, now_s: float = 0.0) -> None:
+        """Sync of this cycle is about to be sent. Frames that came before it have to be handed over before."""
+        self._cycle, self._begun_s = cycle, now_s
+        self._command, self._stop, self.answer = None, None, Answer.MISSING
+
+    def hear(self, frame: can.Message, now_s: float = 0.0) -> None:
+        """Any frame of the bus; those that are no StopCommand are left alone. `now_s` is when it was received."""
+        if frame.arbitration_id != self._message.id:
+            return
+        received = self._receiver.receive(frame)
+        if received is None or received.status is E2EStatus.WRONG_CRC:
+            return
+        self._out_of_sequence.append(received.status in (E2EStatus.REPEATED, E2EStatus.WRONG_SEQUENCE))
+        signals = self._message.decode(frame.data)
+        answers = int(signals["Cycle"]) == self._cycle & _NIBBLE
+        self.answer = Answer.OTHER if self.answer is Answer.MISSING else self.answer
+        if answers and (received.status.accepted or received.status is E2EStatus.INITIAL):
+            self.answer = Answer.GOOD  # the first frame of all permits nothing, but its sender is there
+        both = (signals["Permission"], signals["PermissionInverted"]) == MOVE
+        if not both or signals["Reason"] != NO_REASON or self._message.out_of_range(signals):
+            self._hear_stop(signals)
+        elif answers and received.status.accepted and now_s - self._begun_s <= self._answer_s:
+            self._command = signals
+
+    def _hear_stop(self, signals: dict[str, float]) -> None:
+        """A stop needs no fresh counter and no cycle: the worst of them is obeyed."""
+        if self._stop is None or _category(signals) <= _category(self._stop):
+            self._stop = signals
+
+    def forget(self, frame: can.Message) -> None:
+        """A frame from before the first cycle: it answers nothing, but its counter is known from here on."""
+        if frame.arbitration_id == self._message.id:
+            self._receiver.receive(frame, decode=False)
+
+    @property
+    def has_company(self) -> bool:
+        """StopCommands of two counters come in: two guards, which a robot cannot obey. Of two that take turns about
+        half are out of sequence; of one whose frames get lost, one each time."""
+        return self._out_of_sequence.count(True) >= COMPANY
+
+    def permit(self, now_s: float = 0.0) -> Permit:
+        """The verdict of this cycle as far as it was heard. May be asked again at any time."""
+        if self._stop is not None:
+            return Permit(False, _category(self._stop), self.answer, self._stop)
+        if self._command is None or self.has_company or now_s - self._begun_s > self._hold_s:
+            return Permit(False, SILENCE_CATEGORY, self.answer)
+        return Permit(True, _category(self._command), self.answer, self._command)
+
+
+def _category(signals: dict[str, float]) -> int:
+    """IEC 60204-1; what is none of its categories is the worst."""
+    category = int(signals["StopCategory"])
+    return category if category <= 2 else 0
+
+
+class RobotSide:
+    """A robot's controller on a python-can bus: sends a cycle, hears the answer, asks for resets.
+
+    joints      1 to 8
+    fd          the wire format: CAN FD with bit-rate switch, or classic CAN
+    period_s    of a cycle, as in the guard's configuration
+    answer_s    after Sync until which an answer permits; half a period unless given
+
+    Raises InputError for settings outside their range. Not for more than one thread.
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC,
+        *,
+        joints: int,
+        fd: bool,
+        period_s: float,
+        answer_s: float | None = None,
+        wire: Wire | None = None,
+    ) -> None:
+        if not 1 <= joints <= 8:
+            raise InputError(f"joints: {joints} is outside 1 to 8")
+        if not (math.isfinite(period_s) and period_s > 0):
+            raise InputError(f"period_s: {period_s} is not a positive number")
+        self.joints = joints
+        self.cycle = -1  # under way
+        wire = Wire.read() if wire is None else wire
+        self.answer_s = period_s / 2 if answer_s is None else answer_s
+        self.check = StopCheck(wire, answer_s=self.answer_s, hold_s=period_s + self.answer_s)
+        self._bus = bus
+        self._sender = Sender(wire, fd=fd)
+        self._begun_s = 0.0
+        self._last = _SILENT
+
+    def send_cycle(
+        self,
+        position_rad: Sequence[float],
+        velocity_rad_s: Sequence[float],
+        torque_nm: Sequence[float],
+        *,
+        task: int = NO_TASK,
+        acceleration_m_s2: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Begin the next cycle: Sync, TaskCommand, one JointState a joint; arrays of `joints` values.
+
+        A reading that the wire cannot carry goes out as not available, which stops the robot. Raises InputError for
+        arrays of another length, and for a task or an acceleration that the wire cannot carry.
+        """
+        for name, values in (("position", position_rad), ("velocity", velocity_rad_s), ("torque", torque_nm)):
+            if len(values) != self.joints:
+                raise InputError(f"{name}: {len(values)} values for {self.joints} joints")
+        x, y, z = acceleration_m_s2
+        cycle = self.cycle + 1
+        order = self._sender.frame("TaskCommand", {"Task": task, "AccelX": x, "AccelY": y, "AccelZ": z}, cycle=cycle)
+        self._drain()
+        self.cycle = cycle
+        self._begun_s = time.monotonic()
+        self.check.begin(cycle, self._begun_s)
+        self._bus.send(self._sender.frame("Sync", {"Cycle": cycle & _CYCLE_MASK}, cycle=cycle))
+        self._bus.send(order)
+        for joint, reading in enumerate(zip(position_rad, velocity_rad_s, torque_nm, strict=True)):
+            self._bus.send(self._joint(joint, reading))
+
+    def _joint(self, joint: int, reading: tuple[float, float, float]) -> can.Message:
+        name, cycle = f"JointState{joint + 1}", self.cycle
+        signals = dict(zip(("Position", "Velocity", "Torque"), reading, strict=True))
+        try:
+            return self._sender.frame(name, {"SensorStatus": SENSOR_OK, **signals}, cycle=cycle)
+        except InputError:
+            blank = {"SensorStatus": NOT_AVAILABLE, "Position": 0.0, "Velocity": 0.0, "Torque": 0.0}
+            return self._sender.frame(name, blank, cycle=cycle)
+
+    def listen(self, timeout_s: float | None = None) -> Permit:
+        """Hear until this cycle is answered or `timeout_s` after its Sync (`answer_s` unless given) has passed."""
+        end_s = self._begun_s + (self.answer_s if timeout_s is None else timeout_s)
+        while self.check.answer is not Answer.GOOD:
+            left_s = end_s - time.monotonic()
+            frame = self._bus.recv(timeout=max(0.0, left_s))
+            if frame is not None:
+                self.check.hear(frame, time.monotonic())
+            elif left_s <= 0.0:
+                break
+        self._drain()
+        self._last = self.check.permit(time.monotonic())
+        return self._last
+
+    def _drain(self) -> None:
+        """What is there already: a stop behind an answer counts."""
+        while (frame := self._bus.recv(timeout=0.0)) is not None:
+            self.check.hear(frame, time.monotonic())
+
+    def ask_for_reset(self, request: bool, trip_number: int | None = None) -> None:
+        """A GuardReset that names the last trip, or the one given. The guard wants an edge: False, then True in a later
+        cycle, and both after the trip. Only on a person's command (IEC 60204-1, ISO 14118)."""
+        number = self._last.trip_number if trip_number is None else trip_number
+        self._bus.send(self._sender.frame("GuardReset", {"Request": int(request), "TripNumber": number}))
