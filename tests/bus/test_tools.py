@@ -7,14 +7,14 @@ from pathlib import Path
 import bus_guard
 import can
 import pytest
-from bus_robot import Robot
+from bus_robot import Robot, start_in_lockstep
 from conftest import Start, run
 
 from tauperp.config import Configuration
 from tauperp.files import dbc_path
 from tauperp.wire import Receiver, Sender, Wire
 
-CYCLES = 150
+CYCLES = 150  # after the first permission
 
 
 @pytest.fixture
@@ -26,6 +26,7 @@ def dumped(
     with bus_guard.candump(path, "vcan0"):
         process = start(configuration, "--lockstep")
         robot = Robot(configuration, wire, bus)
+        start_in_lockstep(robot)
         robot.steps(CYCLES)
         process.end()
     return path, robot
@@ -46,23 +47,23 @@ def test_every_frame_decodes_and_passes_its_check(dumped: tuple[Path, Robot], wi
             names[received.message.name] = names.get(received.message.name, 0) + 1
             if received.message.name == "StopCommand" and received.status.accepted:
                 permissions.append(received.signals["Permission"] == 1)
-    ticks = CYCLES + 1  # the last one at the end
+    ticks = robot.cycle + 1  # the last one at the end
     assert names["StopCommand"] == ticks
     assert names["GuardStatus"] + names["GuardIndex"] == ticks
-    assert names["Sync"] == names["JointState7"] == CYCLES
+    assert names["Sync"] == names["JointState7"] == robot.cycle
     assert permissions[:-1] == robot.log[1:]  # the first answer only begins the count
     assert any(permissions)
     assert not permissions[-1]
 
 
 def test_cantools_decodes_candumps_lines(dumped: tuple[Path, Robot]) -> None:
-    path, _ = dumped
+    path, robot = dumped
     with open(path) as file:
         decoded = run_with("cantools", "decode", "--single-line", str(dbc_path()), stdin=file)
     lines = decoded.splitlines()
     assert len(lines) == len(path.read_text().splitlines())
     assert [line for line in lines if "Unknown" in line or "failed" in line or "::" not in line] == []
-    assert sum("StopCommand(" in line for line in lines) == CYCLES + 1
+    assert sum("StopCommand(" in line for line in lines) == robot.cycle + 1
     assert "Reason: None" in decoded
     assert "Reason: Shutdown" in lines[-2]
 
