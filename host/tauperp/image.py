@@ -8,9 +8,11 @@ from tauperp.config import NUMERICS, block_crc
 from tauperp.errors import InputError
 
 _MAGIC = b"TAUPERP\0"
-_FORMAT = 2  # IDENTITY_FORMAT; later ones append fields
-_RECORD = struct.Struct("<8s6I16sI")
-_VARIANTS = ("product", "lockstep", "emulator")  # guard_variant_t
+_FORMAT = 1  # IDENTITY_FORMAT; later ones append fields
+_RECORD = struct.Struct("<8s6I16s")
+_VARIANT_FORMAT, _VARIANT = 2, struct.Struct("<I")  # appended by it
+PRODUCT = "product"
+_VARIANTS = (PRODUCT, "lockstep", "emulator")  # guard_variant_t
 _VERSION_SECTION = ".tauperp_version"
 _CONFIG_SECTION = ".tauperp_config"
 _BUILD_ID_SECTION = ".note.gnu.build-id"
@@ -27,7 +29,7 @@ class Image:
     wire_crc: str  # of the DBC file
     numeric: str
     board: str
-    variant: str  # product, or what the image is for instead: lockstep, emulator
+    variant: str  # product, or what the image is for instead: lockstep, emulator; "not said" before format 2
     image: str  # the linker's build id of this very image, empty without one
 
 
@@ -40,7 +42,7 @@ def read_image(path: str | Path) -> Image:
     record = sections[_VERSION_SECTION]
     if len(record) < _RECORD.size or not record.startswith(_MAGIC):
         raise InputError(f"{path}: the section {_VERSION_SECTION} is damaged")
-    _, form, version, build, config, wire, numeric, board, variant = _RECORD.unpack_from(record)
+    _, form, version, build, config, wire, numeric, board = _RECORD.unpack_from(record)
     if form < _FORMAT:
         raise InputError(f"{path}: the section {_VERSION_SECTION} has format {form}")
     block = sections.get(_CONFIG_SECTION, b"")
@@ -54,9 +56,16 @@ def read_image(path: str | Path) -> Image:
         wire_crc=f"{wire:08x}",
         numeric=names.get(numeric, f"unknown ({numeric})"),
         board=board.rstrip(b"\0").decode("ascii", "replace"),
-        variant=_VARIANTS[variant] if variant < len(_VARIANTS) else f"unknown ({variant})",
+        variant=_variant(record) if form >= _VARIANT_FORMAT else "not said",
         image=sections.get(_BUILD_ID_SECTION, b"")[_NOTE_HEADER:].hex(),
     )
+
+
+def _variant(record: bytes) -> str:
+    if len(record) < _RECORD.size + _VARIANT.size:
+        return "not said"
+    (number,) = _VARIANT.unpack_from(record, _RECORD.size)
+    return _VARIANTS[number] if number < len(_VARIANTS) else f"unknown ({number})"
 
 
 def _sections(data: bytes, path: str) -> dict[str, bytes]:

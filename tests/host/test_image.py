@@ -49,6 +49,21 @@ def test_an_image_says_what_it_is(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(("number", "variant"), [(0, "product"), (1, "lockstep"), (2, "emulator"), (9, "unknown (9)")])
+def test_an_image_says_what_it_is_for(
+    number: int, variant: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    record = struct.pack("<8sI", b"TAUPERP\0", 2) + RECORD[12:] + struct.pack("<I", number)
+    file = write(tmp_path / "variant.elf", elf({**GOOD, ".tauperp_version": record}))
+    assert read_image(file).variant == variant
+    assert main(["version", str(file)]) == 0
+    assert ("not for a robot" in capsys.readouterr().out) == (number != 0)
+
+
+def test_an_image_of_the_first_format_does_not_say_what_it_is_for(tmp_path: Path) -> None:
+    assert read_image(write(tmp_path / "first.elf", elf(GOOD))).variant == "not said"
+
+
 def test_fields_appended_by_a_later_format_do_not_hinder(tmp_path: Path) -> None:
     later = struct.pack("<8sI", b"TAUPERP\0", 2) + RECORD[12:] + bytes(8)
     assert read_image(write(tmp_path / "later.elf", elf({**GOOD, ".tauperp_version": later}))).version == "0.1.2"

@@ -14,7 +14,7 @@ from emulator import Emulator, versal_image
 
 from tauperp.bus import open_bus
 from tauperp.config import Numeric
-from tauperp.firmware import Guard, Reason, State, Verdict
+from tauperp.firmware import Guard, Reason, Start, State, Verdict
 from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.sim.lockstep import Lockstep
 from tauperp.wire import Sender, Wire
@@ -83,7 +83,7 @@ def test_an_experiment_has_the_same_stops_and_the_same_bytes_as_with_the_library
     image = versal_image(f"{name}-{build}", block, numeric=build)
     with Emulator(image, CHANNEL) as emulator, open_bus(**bus) as robot, open_bus(**bus) as ear:
         emulator.wait_for("on the bus")
-        guard = ComparedGuard(ear, Guard(block), SLICE_CYCLES if cut else None)
+        guard = ComparedGuard(ear, Guard(block, start=Start.POWER_ON), SLICE_CYCLES if cut else None)
         try:
             trace = Lockstep(scenario, robot, guard).run()
         except Enough:

@@ -4,10 +4,10 @@ import argparse
 import dataclasses
 import json
 
-from tauperp.image import read_image
+from tauperp.image import PRODUCT, read_image
 
 HELP = """What a firmware image says of itself: release, build of the sources (its first four digits are BuildId of
-GuardStatus), CRCs of the configuration and the wire inside, board and number type."""
+GuardStatus), CRCs of the configuration and the wire inside, board, number type, and what it is for."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,7 +20,8 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(dataclasses.asdict(image), indent=2))
         return 0
-    print(f"tauperp {image.version} for {image.board}, {image.numeric}")
+    only = "" if image.variant == PRODUCT else f", variant {image.variant}: not for a robot"
+    print(f"tauperp {image.version} for {image.board}, {image.numeric}{only}")
     print(f"build {image.build}, configuration {image.config_crc}, wire {image.wire_crc}")
     print(f"image {image.image or 'without a build id'}")
     return 0
