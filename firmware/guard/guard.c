@@ -34,6 +34,7 @@ static void trip(guard_t *self, guard_state_t state, const event_t *event) {
                                 .threshold_nm = event->threshold_nm};
     self->healthy = false;
     self->calm = false;
+    rise_start(&self->rise, self->last_tick_us);
     self->inputs.request = true; /* both frames of the reset's edge come after the trip */
     self->inputs.edge = false;
     count(&self->counters.trips, 1u);
@@ -57,6 +58,20 @@ static bool in_time(guard_t *self, const guard_input_t *input, uint32_t deadline
     return true;
 }
 
+/* A deadline counts in cycles too, so that it holds whatever the clock does. False: `cycle` is past it. */
+static bool in_cycles(const guard_t *self, uint16_t cycle, uint32_t deadline_us) {
+    const uint32_t cycles = (uint16_t)(self->inputs.snapshot.cycle - cycle);
+    return (cycles * self->config->period_us) <= deadline_us;
+}
+
+static bool joints_in_cycles(const guard_t *self) {
+    return in_cycles(self, self->inputs.snapshot.taken_cycle, self->config->joint_deadline_us);
+}
+
+static bool task_in_cycles(const guard_t *self) {
+    return in_cycles(self, self->inputs.task_cycle, self->config->task_deadline_us);
+}
+
 /* The first input that is past its deadline, or has not come yet. Looks at all of them, for the margin. */
 static input_t missing_input(guard_t *self, uint64_t now_us) {
     const guard_config_t *const config = self->config;
@@ -66,10 +81,10 @@ static input_t missing_input(guard_t *self, uint64_t now_us) {
     if (!sync) {
         return INPUT_SYNC;
     }
-    if (!joints) {
+    if (!(joints && joints_in_cycles(self))) {
         return INPUT_JOINTS;
     }
-    return task ? INPUT_NONE : INPUT_TASK;
+    return (task && task_in_cycles(self)) ? INPUT_NONE : INPUT_TASK;
 }
 
 /* The first joint, 1 to n, whose reading of the current cycle is not in; 0 if none is missing. */
@@ -145,7 +160,7 @@ static bool is_touched(const guard_t *self) {
 
 /* Every input is good and nothing above its limits; keeps the time since when. */
 static void track_health(guard_t *self, const event_t *input, uint64_t now_us) {
-    const bool healthy = (input->reason == GUARD_REASON_NONE) && !is_touched(self);
+    const bool healthy = (input->reason == GUARD_REASON_NONE) && self->inputs.clocks_agree && !is_touched(self);
     if (healthy && !self->healthy) {
         self->healthy_since_us = now_us;
     }
@@ -190,12 +205,20 @@ static bool is_passing(guard_reason_t reason) {
 }
 
 /* What a stop of this category does not cover: a worse category, or a second collision while the arm may still move. */
-static event_t worse_event(const guard_t *self, const event_t *input) {
+static event_t worse_event(const guard_t *self, const event_t *input, bool rising) {
     event_t contact = contact_event(self);
     if (contact.reason != GUARD_REASON_NONE) {
         const uint32_t second = self->config->stop_input;
         contact.category = (contact.category < second) ? contact.category : second;
-        contact.reason = self->calm ? contact.reason : GUARD_REASON_NONE;
+        if (rising && (contact.reason == GUARD_REASON_COLLISION)) {
+            contact.joint = self->rise.joint + 1u;
+            contact.value_nm = self->detector.value_nm[self->rise.joint];
+            contact.threshold_nm = self->detector.threshold_nm[self->rise.joint];
+        } else if (!self->calm) {
+            contact.reason = GUARD_REASON_NONE;
+        } else {
+            /* a contact after everything was good */
+        }
     }
     if ((input->reason != GUARD_REASON_NONE) && !is_passing(input->reason) && (input->category < self->trip.category)) {
         return *input;
@@ -208,7 +231,8 @@ static event_t worse_event(const guard_t *self, const event_t *input) {
 
 static void while_stopped(guard_t *self, const event_t *input, uint64_t now_us) {
     self->calm = self->calm || healthy_for_long_enough(self, now_us);
-    const event_t worse = worse_event(self, input);
+    const bool rising = self->evaluated && rise_step(&self->rise, &self->detector, self->joints, now_us);
+    const event_t worse = worse_event(self, input, rising);
     if (worse.reason != GUARD_REASON_NONE) {
         trip(self, GUARD_STATE_STOPPED, &worse);
     } else if (is_reset(self) && healthy_for_long_enough(self, now_us)) {
@@ -304,7 +328,8 @@ static bool is_withheld(const guard_t *self, uint64_t now_us) {
     const bool other_state = self->state_inverted != ~(uint32_t)GUARD_STATE_MONITORING;
     const bool old = is_older(&self->inputs.sync, config->sync_deadline_us, now_us) ||
                      is_older(&self->inputs.joints, config->joint_deadline_us, now_us) ||
-                     is_older(&self->inputs.task, config->task_deadline_us, now_us);
+                     is_older(&self->inputs.task, config->task_deadline_us, now_us) || !joints_in_cycles(self) ||
+                     !task_in_cycles(self);
     const bool unfit =
         !is_settled(self) || !self->acknowledged || (self->inputs.fault != 0u) || (self->plausibility.fault != 0u);
     return other_state || old || unfit || self->detector.tripped || self->explained.tripped;

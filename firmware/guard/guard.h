@@ -27,7 +27,8 @@
  * that comes earlier or names another trip is refused and counted.
  *
  * While STOPPED the guard goes on watching. An event of a worse stop category (IEC 60204-1: 0 is the worst) raises the
- * category and gives a new trip number; a second collision counts as worse than the first.
+ * category and gives a new trip number. A second collision counts as worse than the first: a contact after everything
+ * was good, or one that grows, on any joint, later than 0.5 s after the trip.
  *
  * A failed self-check is FAULT until the next guard_init: corrupt configuration or state, a late or over-long tick, a
  * stage that did not run, time that stands or runs backwards, too many restarts.
@@ -174,6 +175,8 @@ typedef struct {
     uint64_t window_start_us;         /* of the comparison of time and cycles */
     uint32_t window_cycles;
     bool window_started;
+    bool clocks_agree;      /* over the last whole window: no permission before the first one */
+    uint16_t task_cycle;    /* of the last good TaskCommand */
     vec3_t acceleration;    /* of the end-effector, base frame, m/s^2 */
     uint8_t task_number;    /* the last good one; TASK_INVALID before */
     uint8_t fault_joint;    /* 1 to n, or 0 */
@@ -206,6 +209,14 @@ typedef struct {
     bool started;
 } plausibility_t;
 
+/* How far each joint's index is above its threshold since the last trip: a contact that grows is a second one. */
+typedef struct {
+    num_t reference[ROBOT_MAX_JOINTS]; /* index / threshold */
+    uint64_t begun_us;                 /* of the trip */
+    uint32_t snapshots;                /* consecutive ones in which a joint is above its bound */
+    uint32_t joint;                    /* 0 to n-1: the last of these joints */
+} rise_t;
+
 /* What the guard says on the bus besides its verdict. */
 typedef struct {
     e2e_transmitter_t stop, status, index;
@@ -229,6 +240,7 @@ typedef struct {
     bank_t bank;
     detector_t detector;
     plausibility_t plausibility;
+    rise_t rise;
     bool evaluated;          /* a snapshot went through every stage in this tick */
     uint32_t stage_token;    /* what the stages of this tick left behind */
     uint32_t settled_cycles; /* that the observer has run without a restart, held at UINT32_MAX */

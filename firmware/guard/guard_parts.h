@@ -34,6 +34,12 @@ void plausibility_init(plausibility_t *self);
 void plausibility_step(plausibility_t *self, const observer_config_t *gains, uint32_t joints, uint32_t gap,
                        const snapshot_t *snapshot, const motion_t *motion);
 
+/* guard_rise.c: has a contact grown since the trip, on any joint? For 0.5 s each joint's largest index counts as the
+ * first contact; later its smallest one does, and 1.5 times it plus one threshold, in 3 snapshots, is a second contact.
+ * One step per evaluated snapshot while STOPPED; `joint` names it. Cost: one quotient a joint. */
+void rise_start(rise_t *self, uint64_t now_us);
+bool rise_step(rise_t *self, const detector_t *detector, uint32_t joints, uint64_t now_us);
+
 /* guard_receive.c: notes a fault for the next tick; of several, the worse class and then the first one stays. */
 void note_fault(guard_t *self, guard_reason_t reason, uint32_t joint);
 

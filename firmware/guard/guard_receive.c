@@ -9,8 +9,10 @@
 #define ERROR_LIMIT   64u
 #define REPEATS_LIMIT 3u
 
-/* Time against cycles: compared every WINDOW_CYCLES, within a quarter. */
-#define WINDOW_CYCLES 64u
+/* Time against cycles: compared within a quarter, over WINDOW_US, but at least 16 and at most 64 cycles. */
+#define WINDOW_US         64000u
+#define WINDOW_MIN_CYCLES 16u
+#define WINDOW_MAX_CYCLES 64u
 
 void note_fault(guard_t *self, guard_reason_t reason, uint32_t joint) {
     const guard_reason_t before = (guard_reason_t)self->inputs.fault;
@@ -33,7 +35,7 @@ static bool within(int32_t raw, int32_t min, int32_t max) {
     return (raw >= min) && (raw <= max);
 }
 
-/* Over WINDOW_CYCLES, guard time and cycles must agree within a quarter. */
+/* Guard time and cycles must agree within a quarter. Until a whole window has shown it there is no permission. */
 static void compare_clocks(guard_t *self, uint32_t advance, uint64_t now_us) {
     guard_inputs_t *const inputs = &self->inputs;
     if (!inputs->window_started) {
@@ -43,17 +45,19 @@ static void compare_clocks(guard_t *self, uint32_t advance, uint64_t now_us) {
         return;
     }
     inputs->window_cycles += advance;
-    if (inputs->window_cycles < WINDOW_CYCLES) {
+    const uint64_t nominal_us = (uint64_t)inputs->window_cycles * self->config->period_us;
+    if ((inputs->window_cycles < WINDOW_MIN_CYCLES) ||
+        ((inputs->window_cycles < WINDOW_MAX_CYCLES) && (nominal_us < WINDOW_US))) {
         return;
     }
-    const uint64_t nominal_us = (uint64_t)inputs->window_cycles * self->config->period_us;
     const uint64_t elapsed_us = now_us - inputs->window_start_us;
+    inputs->clocks_agree = false;
     if (elapsed_us == 0u) {
         note_fault(self, GUARD_REASON_CLOCK_STOPPED, 0u);
     } else if (((4u * elapsed_us) < (3u * nominal_us)) || ((4u * elapsed_us) > (5u * nominal_us))) {
         note_fault(self, GUARD_REASON_CLOCK_RATE, 0u);
     } else {
-        /* they agree */
+        inputs->clocks_agree = true;
     }
     inputs->window_start_us = now_us;
     inputs->window_cycles = 0;
@@ -75,6 +79,7 @@ static void receive_sync(guard_t *self, const can_frame_t *frame, uint64_t now_u
         count(&self->counters.sequence_errors, 1u);
         note_fault(self, GUARD_REASON_CYCLE_JUMP, 0u);
         self->inputs.window_started = false;
+        self->inputs.clocks_agree = false;
         snapshot_restart(&self->inputs.snapshot);
     } else {
         compare_clocks(self, first ? 0u : advance, now_us);
@@ -146,6 +151,7 @@ static void receive_task(guard_t *self, const can_frame_t *frame, uint64_t now_u
     self->inputs.acceleration = (vec3_t){.x = scale_to_num(message.accel_x, PROTOCOL_TASK_COMMAND_ACCEL_X_SCALE),
                                          .y = scale_to_num(message.accel_y, PROTOCOL_TASK_COMMAND_ACCEL_Y_SCALE),
                                          .z = scale_to_num(message.accel_z, PROTOCOL_TASK_COMMAND_ACCEL_Z_SCALE)};
+    self->inputs.task_cycle = self->inputs.snapshot.cycle;
     good(&self->inputs.task, now_us);
 }
 

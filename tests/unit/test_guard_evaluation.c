@@ -193,6 +193,20 @@ static void test_a_collision_that_goes_on_is_not_a_second_one(void) {
     TEST_ASSERT_EQUAL(2, bench.out.stop_category);
 }
 
+static void test_a_contact_that_grows_on_another_joint_is_a_second_one(void) {
+    run_until_permitted(&bench);
+    push(800);
+    cycles(&bench, 700u); /* the stop is over, the first contact still there */
+    TEST_ASSERT_EQUAL(1, bench.out.trip_number);
+    TEST_ASSERT_EQUAL(2, bench.out.stop_category);
+    bench.torque[4] = (int16_t)(bench.torque[4] + 600);
+    cycles(&bench, 50u);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 5u);
+    TEST_ASSERT_EQUAL(1, bench.out.stop_category);
+    TEST_ASSERT_EQUAL(2, bench.out.trip_number);
+    TEST_ASSERT_TRUE(bench.out.value_nm > bench.out.threshold_nm);
+}
+
 static void test_silence_faults_and_the_board_raise_the_category_of_a_stop(void) {
     stop_by_collision();
     silent_cycles(&bench, 10u);
@@ -265,6 +279,39 @@ static void test_time_and_cycles_must_agree_within_a_quarter(void) {
     assert_stopped(&bench, GUARD_REASON_CLOCK_RATE, 0u);
     TEST_ASSERT_FALSE(permits_at(50u));
     TEST_ASSERT_FALSE(permits_at(1900u));
+}
+
+static void test_there_is_no_permission_before_time_and_cycles_have_agreed(void) {
+    run_until_permitted(&bench);
+    bench.guard.inputs.clocks_agree = false;
+    bench.guard.inputs.window_cycles = 0;
+    silent_cycles(&bench, DEADLINE_CYCLES + 1u);
+    const uint8_t number = bench.out.trip_number;
+    for (uint32_t i = 0; i < 20u; ++i) { /* everything else has been good for long */
+        bench.guard.settled_cycles = UINT16_MAX;
+        cycle(&bench);
+        TEST_ASSERT_FALSE(bench.guard.healthy);
+    }
+    cycles(&bench, 300u);
+    ask_reset(&bench, number);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+}
+
+static void test_a_silent_task_is_missed_by_cycles_when_the_clock_is_slow(void) {
+    run_until_permitted(&bench);
+    uint32_t taken = 0;
+    while (bench.out.permitted && (taken < 100u)) {
+        ++bench.cycle;
+        bench.now_us += PERIOD_US / 50u;
+        receive(&bench, sync_frame(&bench));
+        for (uint32_t i = 0; i < JOINTS; ++i) {
+            receive(&bench, joint_frame(&bench, i));
+        }
+        tick(&bench);
+        ++taken;
+    }
+    TEST_ASSERT_EQUAL((2u * DEADLINE_CYCLES) + 1u, taken);
+    assert_stopped(&bench, GUARD_REASON_TASK_TIMEOUT, 0u);
 }
 
 static void test_a_clock_that_stands_is_a_fault(void) {
@@ -424,9 +471,12 @@ int main(void) {
     RUN_TEST(test_a_worse_fault_of_the_same_tick_is_the_one_that_stays);
     RUN_TEST(test_a_second_collision_raises_the_category_with_a_new_number);
     RUN_TEST(test_a_collision_that_goes_on_is_not_a_second_one);
+    RUN_TEST(test_a_contact_that_grows_on_another_joint_is_a_second_one);
     RUN_TEST(test_silence_faults_and_the_board_raise_the_category_of_a_stop);
     RUN_TEST(test_readings_that_are_late_by_multiples_of_sixteen_cycles_are_late);
     RUN_TEST(test_time_and_cycles_must_agree_within_a_quarter);
+    RUN_TEST(test_there_is_no_permission_before_time_and_cycles_have_agreed);
+    RUN_TEST(test_a_silent_task_is_missed_by_cycles_when_the_clock_is_slow);
     RUN_TEST(test_a_clock_that_stands_is_a_fault);
     RUN_TEST(test_a_task_command_of_another_cycle_is_late);
     RUN_TEST(test_a_sender_with_many_bad_frames_is_a_stop);
