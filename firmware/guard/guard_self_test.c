@@ -1,3 +1,4 @@
+#include "config_bounds.h"
 #include "crc32.h"
 #include "guard_parts.h"
 
@@ -73,7 +74,8 @@ static bool motion_answers(motion_t *motion) {
 
 /* --- the chain ---------------------------------------------------------------------------------------------------- */
 
-#define CHAIN_STEPS 64u /* bound; a step bridges CONFIG_MAX_GAP cycles */
+/* Bound: the longest debounce and the rise before it; a step bridges CONFIG_MAX_GAP cycles. */
+#define CHAIN_STEPS ((CONFIG_DEBOUNCE_MAX_US / CONFIG_PERIOD_MIN_US) + 64u)
 
 /* The arm at rest in the middle of its ranges. */
 static void rest(const robot_t *robot, snapshot_t *snapshot) {

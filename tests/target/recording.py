@@ -240,7 +240,7 @@ class RandomTicks:
         self._zero = np.array([float(joint.zero_rad) for joint in robot.table().joint[: robot.n]])
 
     def episode(self, most: int) -> None:
-        """From guard_init on, some 40 to 400 ticks."""
+        """From guard_init on, some 40 to 900 ticks: a first permission takes some 200."""
         random, recorder = self._random, self._recorder
         configuration = configurations_of(self._robot)[random.integers(3)]
         recorder.start(configuration.block(self._numeric))
@@ -259,7 +259,7 @@ class RandomTicks:
         self._jump()
         self._momentum = self._core.terms(self._q, self._qd).momentum
         after_fault = 0
-        for _ in range(min(most, int(random.integers(40, 400)))):
+        for _ in range(min(most, int(random.integers(40, 400) if self._wild else random.integers(200, 900)))):
             now_us += self._period_us
             if self._happens(0.02 * self._bad):
                 now_us += int(random.integers(5 * self._period_us))
