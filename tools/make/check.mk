@@ -6,8 +6,12 @@ CLANG ?= clang
 
 .PHONY: test host-test bus-test test-target lint lint-gcc lint-clang lint-format lint-python lint-types format generate generate-check
 
-test: ## every test this machine can run; ends with "N passed, N failed"
-	@tools/gates test $(NUMERICS:%=unit-%) host-test \
+# As root, install first what the tests use (once); as a user, each gate says what it could not run.
+TEST_TOOLS := can clang osmesa arm qemu valgrind
+
+test: ## every check this machine can run; ends with "N passed, N failed"
+	@if [ "$$(id -u)" = 0 ]; then for tool in $(TEST_TOOLS); do tools/toolbox $$tool || true; done; fi
+	@tools/gates test lint generate-check $(NUMERICS:%=unit-%) host-test \
 	    $(if $(wildcard tests/bus/test_*.py),bus-test) $(if $(wildcard tests/target/test_*.py),test-target) bench-check
 
 # run_pytest GATE, FOLDER, the command to run it in
@@ -50,9 +54,9 @@ STRICT_OBJECTS_$(1) = $$(foreach numeric,$(NUMERICS),$$(STRICT_SOURCES:%.c=$(BUI
 -include $$(STRICT_OBJECTS_$(1):.o=.d)
 endef
 define STRICT_OBJECT_RULES
-$(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk
+$(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk | $(VENV_STAMP)
 	@mkdir -p $$(@D)
-	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 $(LIBRARY_INCLUDES) -Ihost/kernel -isystem $(MUJOCO_INCLUDE) $(STRICT) -c -o $$@ $$<
+	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 $(LIBRARY_INCLUDES) -Ihost/kernel -isystem $$(MUJOCO_INCLUDE) $(STRICT) -c -o $$@ $$<
 endef
 $(foreach compiler,gcc clang,$(eval $(call STRICT_RULES,$(compiler))))
 $(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,gcc,gcc,$(numeric)))\
@@ -62,10 +66,10 @@ $(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,gcc,gcc,$(numeri
 strict-gcc: $(STRICT_OBJECTS_gcc)
 strict-clang: $(STRICT_OBJECTS_clang)
 
-lint-gcc:
+lint-gcc: venv
 	@$(MAKE) -k -j $(JOBS) strict-gcc
 
-lint-clang:
+lint-clang: venv
 	@if ! command -v $(CLANG) >/dev/null && ! tools/toolbox clang; then $(call skip,$@,the strict build by clang: no clang); \
 	    else $(MAKE) -k -j $(JOBS) strict-clang; fi
 

@@ -43,6 +43,7 @@ $(DIR_$(1))/libtauperp.so: $$(LIBRARY_OBJECTS_$(1))
 
 # cffi parses declarations only: no preprocessor lines, and standard headers expand to nothing.
 $(DIR_$(1))/tauperp.cdef.h: firmware/hosts/library/tauperp.h $(BUILD)/empty/stdint.h
+	@mkdir -p $$(@D)
 	@$$(CC) -E -P -nostdinc -std=c11 $(FLAGS_$(1)) -DTAUPERP_CDEF -I$(BUILD)/empty $(INCLUDES) $(LIBRARY_INCLUDES) -MMD -MP -MF $$(@D)/tauperp.d -MT $$@ -o $$@.new $$<
 	@mv $$@.new $$@
 

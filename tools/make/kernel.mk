@@ -1,7 +1,8 @@
 # The kernel of `tauperp campaign`: the firmware and MuJoCo in one loop, as a shared library for each number type.
 # MuJoCo's symbols are resolved when the host loads it, after MuJoCo itself; its headers come with the wheel in .venv.
 KERNEL_SOURCES := $(wildcard host/kernel/*.c)
-MUJOCO_INCLUDE = $(wildcard $(VENV)/lib/python3*/site-packages/mujoco/include)
+# The shell finds them: make reads a folder once, which may be before .venv is there.
+MUJOCO_INCLUDE := $$(echo $(VENV)/lib/python3*/site-packages/mujoco/include)
 
 .PHONY: kernel
 kernel: venv $(foreach numeric,$(NUMERICS),$(DIR_$(numeric))/libtauperp_kernel.so) ## build the kernel of `tauperp campaign`
