@@ -1,3 +1,5 @@
 """Tauperp: a collision guard for torque-sensing robot arms. The host tools; the guard itself is C, in firmware/."""
 
-__version__ = "0.1.0"
+import importlib.metadata
+
+__version__ = importlib.metadata.version("tauperp")  # its one place is firmware/guard/version.h

@@ -40,6 +40,16 @@ INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
 MISSES_READER = 141  # 128 + SIGPIPE
 HELP_COLUMNS = 80
 LONGEST_CHOICES = 40
+# Which extra of the package brings a module that not every installation has.
+EXTRAS = {
+    "dask": "campaign",
+    "distributed": "campaign",
+    "pyarrow": "campaign",
+    "mcap": "logs",
+    "glfw": "view",
+    "OpenGL": "view",
+    "rerun": "rerun",
+}
 
 
 class _Formatter(argparse.HelpFormatter):
@@ -104,7 +114,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition(".")[0] == "tauperp":
             raise
-        print(f"tauperp: '{chosen}' needs the Python package '{error.name}', which is not installed", file=sys.stderr)
+        root = error.name.partition(".")[0]
+        hint = f": pip install 'tauperp[{EXTRAS[root]}]'" if root in EXTRAS else ""
+        print(
+            f"tauperp: '{chosen}' needs the Python package '{error.name}', which is not installed{hint}",
+            file=sys.stderr,
+        )
         return BAD_INPUT
     except (InputError, OSError) as error:
         print(f"tauperp: {_message(error)}", file=sys.stderr)

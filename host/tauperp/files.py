@@ -7,6 +7,13 @@ from pathlib import Path
 
 from tauperp.errors import InputError
 
+_NATIVE = Path(__file__).resolve().parent / "native"  # in an installed package: what its build compiled, and the DBC
+
+
+def is_installed() -> bool:
+    """Whether this package came from a wheel, not from a checkout."""
+    return _NATIVE.is_dir()
+
 
 def repository_root() -> Path:
     """The checkout that this package runs from: it is installed editable, so its sources lie in <root>/host."""
@@ -14,8 +21,21 @@ def repository_root() -> Path:
 
 
 def build_dir() -> Path:
-    """Where `make` leaves what it compiles."""
-    return repository_root() / "build"
+    """Where the compiled firmware is: inside an installed package, else where `make` leaves it in the checkout."""
+    return _NATIVE if is_installed() else repository_root() / "build"
+
+
+def how_to_build(target: str, *, in_package: bool = True) -> str:
+    """What a person does about a compiled file that is missing or old.
+
+    target      of make, in a checkout
+    in_package  whether an installed package should contain the file
+    """
+    if not is_installed():
+        return f"`make {target}` builds it"
+    if in_package:
+        return "the installed package is damaged: install its wheel again"
+    return f"it is not part of the installed package; `make {target}` in a checkout of Tauperp builds it"
 
 
 def dbc_path() -> Path:
@@ -23,9 +43,9 @@ def dbc_path() -> Path:
 
     Raises InputError if it is missing.
     """
-    path = repository_root() / "dbc" / "tauperp.dbc"
+    path = _NATIVE / "tauperp.dbc" if is_installed() else repository_root() / "dbc" / "tauperp.dbc"
     if not path.is_file():
-        raise InputError(f"{path}: the wire's DBC file is missing; restore dbc/tauperp.dbc")
+        raise InputError(f"{path}: the wire's DBC file is missing; restore it")
     return path
 
 

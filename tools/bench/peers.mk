@@ -22,8 +22,8 @@ $(foreach target,$(TARGETS),$(eval PEER_CXX_$(target) = $(CROSS)g++ $(CPU_$(targ
 
 # CasADi is for this alone, and not among what the host package needs.
 CASADI_STAMP = $(VENV_STAMP)-casadi
-$(CASADI_STAMP): $(VENV_STAMP) host/pyproject.toml
-	@$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --editable 'host[bench]'
+$(CASADI_STAMP): $(VENV_STAMP) pyproject.toml
+	@$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock --editable '.[bench]'
 	@touch $@
 
 $(PEER_DIR)/casadi_terms.c: tools/bench/peer_terms.py $(CASADI_STAMP)

@@ -20,6 +20,7 @@ from tauperp.campaign import layout
 from tauperp.campaign.detectors import Detector
 from tauperp.config import Configuration, Numeric
 from tauperp.errors import InputError
+from tauperp.files import how_to_build
 from tauperp.firmware import load_library
 from tauperp.robot import Robot
 from tauperp.sim.contact import Hand, Strike
@@ -63,7 +64,7 @@ def load_kernel(numeric: Numeric = "float32") -> ctypes.CDLL:
     """
     path = load_library(numeric).path.with_name("libtauperp_kernel.so")
     if not path.is_file():
-        raise InputError(f"{path}: the campaign's kernel is missing; `make kernel` builds it")
+        raise InputError(f"{path}: the campaign's kernel is missing; {_how_to_build()}")
     try:
         ctypes.CDLL(str(_mujoco_library()), mode=ctypes.RTLD_GLOBAL)
         kernel = ctypes.CDLL(str(path.resolve()))
@@ -73,14 +74,16 @@ def load_kernel(numeric: Numeric = "float32") -> ctypes.CDLL:
         raise InputError(f"{path}: not a kernel for MuJoCo {mujoco.__version__}: {error}") from error
     types = (layout.SETUP, layout.RUN, layout.RESULT, layout.RECORDING, layout.INJECTION)
     if list(described[:6]) != [layout.ABI, *(kind.itemsize for kind in types)]:
-        raise InputError(f"{path}: older than the sources; `make kernel` builds it again")
+        raise InputError(f"{path}: older than the sources; {_how_to_build()}")
     if described[6] != described[7]:
-        raise InputError(
-            f"{path}: built for MuJoCo {described[6]}, and {described[7]} is loaded; `make kernel` builds it again"
-        )
+        raise InputError(f"{path}: built for MuJoCo {described[6]}, and {described[7]} is loaded; {_how_to_build()}")
     for function in (kernel.kernel_simulate, kernel.kernel_inject, kernel.kernel_listen):
         function.restype = ctypes.c_uint32
     return kernel
+
+
+def _how_to_build() -> str:
+    return how_to_build("kernel", in_package=False)
 
 
 def _mujoco_library() -> Path:

@@ -12,7 +12,7 @@ import can
 from tauperp.bus import OwnFrames, add_bus_arguments, open_bus
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
-from tauperp.files import build_dir
+from tauperp.files import build_dir, how_to_build
 from tauperp.firmware import Guard, Reason, Schedule, Start, Variant, Verdict
 
 HELP = """Be the guard on a CAN bus. On SocketCAN this is the native process (build/tauperp-guard); on any other
@@ -51,7 +51,7 @@ def _become_native(args: argparse.Namespace, configuration: Configuration) -> No
     if not channel:
         raise InputError(f"--channel is missing: the network interface, with --interface {NATIVE}")
     if not program.is_file():
-        raise InputError(f"{program} is missing: make guard")
+        raise InputError(f"{program} is missing; {how_to_build('guard')}")
     memory = os.memfd_create("block", 0)  # without close-on-exec: the program reads it
     os.write(memory, configuration.block())
     command = [str(program), "--channel", channel, "--robot", configuration.robot.name]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from tauperp.config import NUMERICS, Numeric
 from tauperp.config.block import block_dtype
 from tauperp.errors import InputError
-from tauperp.files import build_dir
+from tauperp.files import build_dir, how_to_build
 
 ENVIRONMENT = "TAUPERP_LIBRARY"  # path of a library to load instead of the built one
 
@@ -95,7 +95,7 @@ def load_library(numeric: Numeric = "float32") -> Library:
     declarations = path.with_name("tauperp.cdef.h")
     for file in (path, declarations):
         if not file.is_file():
-            raise InputError(f"{file}: the firmware's library is missing; `make {_TARGETS[numeric]}` builds it")
+            raise InputError(f"{file}: the firmware's library is missing; {how_to_build(_TARGETS[numeric])}")
     ffi = cffi.FFI()
     try:
         ffi.cdef(declarations.read_text(encoding="utf-8"))
@@ -108,5 +108,5 @@ def load_library(numeric: Numeric = "float32") -> Library:
         other = next((name for name, number in NUMERICS.items() if number == found), "unknown numbers")
         raise InputError(f"{path}: built for {other}, not {numeric}")
     if size != block_dtype(numeric).itemsize or size != ffi.sizeof("guard_config_t"):
-        raise InputError(f"{path}: older than the sources; `make {_TARGETS[numeric]}` builds it again")
+        raise InputError(f"{path}: older than the sources; {how_to_build(_TARGETS[numeric])}")
     return library
