@@ -69,12 +69,14 @@ static void hold(explained_t *self, excess_t kind, num_t value, num_t limit) {
     }
 }
 
+/* Beyond any limit: what is held is still an excess. */
+#define HELD_N (EXPLAINED_FORCE_LIMIT * 1.125)
+
 static num_t held(num_t value) {
-    return num_min(num_max(value, -NUM(EXPLAINED_FORCE_LIMIT)), NUM(EXPLAINED_FORCE_LIMIT));
+    return num_min(num_max(value, -NUM(HELD_N)), NUM(HELD_N));
 }
 
-/* Length of up to three coefficients; each is held at EXPLAINED_FORCE_LIMIT, beyond any limit, so that the squares fit.
- */
+/* Length of up to three coefficients, each held so that the squares fit. */
 static num_t length(const num_t w[], uint32_t count) {
     num_wide_t square = num_widen(NUM(0));
     for (uint32_t i = 0; i < count; ++i) {
@@ -84,19 +86,27 @@ static num_t length(const num_t w[], uint32_t count) {
     return num_mul(num_root(square), NUM(2), &(uint32_t){0});
 }
 
+/* Mass times acceleration and the slack, up to EXPLAINED_FORCE_LIMIT. A product that saturates is beyond that. */
+static num_t force_limit(const explained_config_t *limits, num_t acceleration) {
+    uint32_t beyond = 0;
+    const num_t force = num_mul(limits->mass_max_kg, acceleration, &beyond);
+    return num_min(num_add(force, limits->force_slack_n, &beyond), NUM(EXPLAINED_FORCE_LIMIT));
+}
+
 static void look_at_payload(explained_t *self, const explained_config_t *limits, num_t lever, const robot_t *robot,
                             const acceleration_t *acceleration) {
     uint32_t *const sat = &self->saturations;
-    const num_t g = vec3_length(robot->gravity);
-    const num_t weight_max = num_mul(limits->mass_max_kg, num_add(g, acceleration->size, sat), sat);
+    const num_t weight_max = force_limit(limits, num_add(vec3_length(robot->gravity), acceleration->size, sat));
     const num_t weight = -self->coefficient[INDEX_FORCE_COLUMN];
     const num_t sideways = num_abs(self->coefficient[INDEX_FORCE_COLUMN + 1u]);
-    const num_t sideways_max = num_mul(limits->mass_max_kg, acceleration->across, sat);
-    const num_t moment_max = num_add(num_mul(limits->arm_max_m, weight_max, sat), limits->moment_slack_nm, sat);
+    const num_t sideways_max = force_limit(limits, acceleration->across);
+    const num_t load_max = weight_max - limits->force_slack_n;
+    const num_t moment_max = num_min(num_add(num_mul(limits->arm_max_m, load_max, sat), limits->moment_slack_nm, sat),
+                                     num_mul(NUM(EXPLAINED_FORCE_LIMIT), lever, sat));
     const num_t moment = num_mul(length(self->coefficient, INDEX_FORCE_COLUMN), lever, sat);
-    hold(self, EXPLAINED_FORCE, weight, num_add(weight_max, limits->force_slack_n, sat));
+    hold(self, EXPLAINED_FORCE, weight, weight_max);
     hold(self, EXPLAINED_FORCE, -weight, limits->force_slack_n);
-    hold(self, EXPLAINED_FORCE, sideways, num_add(sideways_max, limits->force_slack_n, sat));
+    hold(self, EXPLAINED_FORCE, sideways, sideways_max);
     hold(self, EXPLAINED_MOMENT, moment, moment_max);
 }
 

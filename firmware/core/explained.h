@@ -21,7 +21,8 @@
 #include "acceleration.h"
 #include "index.h"
 
-#define EXPLAINED_FORCE_LIMIT 400.0 /* N; largest limit that a block may state */
+#define EXPLAINED_FORCE_LIMIT                                                                                          \
+    400.0 /* N; largest limit on a coefficient, whatever a block states; moments over the lever */
 
 typedef enum { EXPLAINED_NOTHING = 0, EXPLAINED_FORCE = 1, EXPLAINED_MOMENT = 2, EXPLAINED_RESIDUAL = 3 } excess_t;
 

@@ -204,6 +204,7 @@ static bool stop_is_valid(const guard_config_t *config) {
 
 static bool limits_are_valid(const guard_config_t *config, const task_config_t *task) {
     const explained_config_t *const limits = &task->limits;
+    uint32_t saturations = 0;
     bool valid = true;
     for (uint32_t i = 0; i < config->robot.joint_count; ++i) {
         const num_t torque_max = config->robot.joint[i].torque_max_nm;
@@ -216,7 +217,8 @@ static bool limits_are_valid(const guard_config_t *config, const task_config_t *
                 is_up_to(limits->moment_slack_nm, NUM(CONFIG_MOMENT_SLACK_MAX_NM));
     } else if (task->index.kind == (uint32_t)INDEX_CONTACT) {
         valid = valid && is_up_to(limits->force_max_n, NUM(EXPLAINED_FORCE_LIMIT)) &&
-                is_up_to(limits->moment_max_nm, NUM(CONFIG_MOMENT_MAX_NM));
+                is_up_to(limits->moment_max_nm,
+                         num_mul(NUM(EXPLAINED_FORCE_LIMIT + 1), config->subspace.lever_m, &saturations));
     } else {
         /* nothing is explained */
     }

@@ -28,7 +28,6 @@
 #define CONFIG_SENSOR_SHARE        4u /* offset and friction are at most the joint's torque limit over this */
 #define CONFIG_MASS_MAX_KG         50
 #define CONFIG_ARM_MAX_M           1
-#define CONFIG_MOMENT_MAX_NM       100
 #define CONFIG_FORCE_SLACK_MAX_N   60
 #define CONFIG_MOMENT_SLACK_MAX_NM 20
 #define CONFIG_ERROR_MAX_M_S2      10

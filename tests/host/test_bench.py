@@ -16,7 +16,10 @@ from table import table  # noqa: E402
 
 TARGETS = ("m3", "m4f", "m7", "r5f", "host")
 PEERS = ("casadi", "eigen_qr", "eigen_svd", "pinocchio")
-STAGES = {"none": ("motion", "observer", "index", "detector"), "guard_tick": ("receive", "tick")}
+STAGES = {
+    "none": ("motion", "observer", "index", "explained", "bank", "detector"),
+    "guard_tick": ("receive", "tick"),
+}
 
 
 def printed(mean: int = 1000, worst: int = 1500) -> list[list[str]]:

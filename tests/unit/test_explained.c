@@ -76,6 +76,27 @@ static void hold_wrench(const double w[6], uint32_t ticks) {
     }
 }
 
+/* A single component, and more than any block may state: what is held for the squares is still an excess. */
+static void test_the_largest_limits_can_be_exceeded(void) {
+    const double force[6] = {0.0, 0.0, -470.0, 0.0, 0.0, 0.0};
+    const double moment[6] = {0.0, 0.0, 0.0, 80.0, 0.0, 0.0};
+    limits.force_max_n = NUM(EXPLAINED_FORCE_LIMIT);
+    task = (index_config_t){.kind = (uint32_t)INDEX_CONTACT, .components = 0x04u};
+    hold_wrench(force, 200u);
+    TEST_ASSERT_EQUAL(EXPLAINED_FORCE, explained.excess);
+    setUp();
+    limits.moment_max_nm = NUM(40);
+    task = (index_config_t){.kind = (uint32_t)INDEX_CONTACT, .components = 0x08u};
+    hold_wrench(moment, 200u);
+    TEST_ASSERT_EQUAL(EXPLAINED_MOMENT, explained.excess);
+    setUp();
+    limits.mass_max_kg = NUM(50);
+    limits.force_slack_n = NUM(60);
+    task = (index_config_t){.kind = (uint32_t)INDEX_PAYLOAD};
+    hold_wrench(force, 200u);
+    TEST_ASSERT_EQUAL(EXPLAINED_FORCE, explained.excess);
+}
+
 static void test_a_payload_within_its_limits_is_permitted(void) {
     const double w[6] = {0.0, 0.0, -3.0 * 9.81, 1.0, 2.0, 0.0};
     task = (index_config_t){.kind = INDEX_PAYLOAD};
@@ -194,6 +215,7 @@ static void test_what_is_explained_sideways_is_bounded_by_the_acceleration(void)
 
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_the_largest_limits_can_be_exceeded);
     RUN_TEST(test_a_payload_within_its_limits_is_permitted);
     RUN_TEST(test_a_clamped_hand_under_the_gripper_is_no_payload);
     RUN_TEST(test_a_moment_that_no_payload_has_is_too_much);

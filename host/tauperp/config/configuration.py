@@ -37,6 +37,7 @@ TASK_DWELL_S = 0.25  # a task stays in force for so long before the next one tak
 THRESHOLD_SHARE = 3  # a threshold is at most the joint's torque limit over this: CONFIG_THRESHOLD_SHARE
 SENSOR_SHARE = 4  # offset and friction are at most the torque limit over this: CONFIG_SENSOR_SHARE
 RESIDUAL_SHARE = 2  # a limit on |r| is at most the torque limit times this: CONFIG_RESIDUAL_SHARE
+FORCE_LIMIT_N = 400.0  # EXPLAINED_FORCE_LIMIT
 ALL_COMPONENTS = 0x3F
 DEBOUNCE_MAX_S = 0.1
 
@@ -127,6 +128,12 @@ class Configuration:
                 f"task.{name}.debounce_ticks",
                 f"{task.debounce_ticks} ticks are longer than {DEBOUNCE_MAX_S:g} s at "
                 f"{self.settings.wire.rate_hz:g} Hz",
+            )
+        moment_most = FORCE_LIMIT_N * self.settings.subspace.lever_m
+        if task.limits.moment_max_nm > moment_most + 1e-9:
+            self._refuse(
+                f"task.{name}.limits.moment_max_nm",
+                f"above {moment_most:g} Nm ({FORCE_LIMIT_N:g} N times subspace.lever_m)",
             )
         limits = task.limits.residual_max_nm
         if limits and len(limits) not in (1, n):
