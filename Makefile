@@ -29,12 +29,12 @@ demo: library venv ## simulate both experiments of the paper against the firmwar
 # Recordings of a real arm: beside the checkout, or where this variable says.
 TAUPERP_PANDA_TOUCHES ?= ../shared/data/panda_touches
 
-figures: demo ## renew README's figures: the demo's, and with the recordings the replay's
+figures: demo ## renew README's figures: the demo's, and with the recordings the score's
 	@cp out/demo/payload.png docs/figures/payload.png
 	@cp out/demo/contact.png docs/figures/contact.png
 	@if [ -d "$(TAUPERP_PANDA_TOUCHES)" ]; then \
-	    $(VENV)/bin/tauperp replay --csv $(TAUPERP_PANDA_TOUCHES)/*.csv.gz --robot panda \
-	        && cp out/replay/d3.png docs/figures/replay.png; \
+	    $(VENV)/bin/tauperp score $(TAUPERP_PANDA_TOUCHES)/*.csv.gz --robot panda \
+	        && cp out/score/d3.png docs/figures/replay.png; \
 	    else echo "docs/figures/replay.png stays: no recordings in $(TAUPERP_PANDA_TOUCHES)"; fi
 
 # Recordings of a real arm in free motion, for the campaign that pushes it.

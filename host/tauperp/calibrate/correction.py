@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from tauperp.calibrate.sources import Motion
 from tauperp.errors import InputError
+from tauperp.recording.offsets import weights
 from tauperp.robot import Robot
 from tauperp.sim.dynamics import Dynamics
 
@@ -130,7 +131,7 @@ class ApparentPayload:
     def torque(self, motion: Motion, robot: Robot) -> FloatArray:
         """Its weight's torque in the motion's postures, (m, n) Nm."""
         dynamics, parameters = Dynamics(robot), np.append(self.mass_kg, self.first_moment_kg_m)
-        return np.stack([_weights(dynamics, q, robot.gravity) @ parameters for q in motion.q])
+        return np.stack([weights(dynamics, q, robot.gravity) @ parameters for q in motion.q])
 
 
 def apparent_payload(pairs: Sequence[tuple[Motion, FloatArray]], robot: Robot) -> ApparentPayload:
@@ -140,7 +141,7 @@ def apparent_payload(pairs: Sequence[tuple[Motion, FloatArray]], robot: Robot) -
     for motion, residual in pairs:
         for row in np.linspace(0, len(motion.q) - 1, PAYLOAD_ROWS).astype(int):
             direction = np.diag(np.clip(motion.qd[row] / FULL_FRICTION_RAD_S, -1.0, 1.0))
-            columns.append(np.hstack([np.eye(n), direction, _weights(dynamics, motion.q[row], robot.gravity)]))
+            columns.append(np.hstack([np.eye(n), direction, weights(dynamics, motion.q[row], robot.gravity)]))
             target.append(residual[row])
     x, y = np.concatenate(columns), np.concatenate(target)
     found = np.linalg.lstsq(x, y, rcond=1e-6)[0]
@@ -148,11 +149,3 @@ def apparent_payload(pairs: Sequence[tuple[Motion, FloatArray]], robot: Robot) -
     left = without - x[:, 2 * n :] @ found[2 * n :]
     explained = 1 - float((left**2).sum()) / max(float((without**2).sum()), 1e-12)
     return ApparentPayload(float(found[2 * n]), found[2 * n + 1 :], explained)
-
-
-def _weights(dynamics: Dynamics, posture: FloatArray, gravity: FloatArray) -> FloatArray:
-    """Torque (n, 4) that carries 1 kg, and 1 kg m along each axis of the last link, at the end-effector point."""
-    jacobian = dynamics.jacobian(posture)
-    rotation = dynamics.tip(posture)[1]
-    moments = [np.cross(rotation[:, axis], gravity) for axis in range(3)]
-    return -np.stack([jacobian[:3].T @ gravity, *(jacobian[3:].T @ moment for moment in moments)], axis=1)

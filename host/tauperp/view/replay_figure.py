@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tauperp.replay import Playback, Score
+from tauperp.recording import Playback, Score
 
 _SIZE_INCH = (11.0, 6.0)
 _DPI = 110
