@@ -1,5 +1,5 @@
 # The gates: what must hold of the checkout. tools/gates runs them to the end and counts.
-FORMATTED_C = $(filter-out firmware/wire/messages.% firmware/wire/protocol.% firmware/robots/%,\
+FORMATTED_C = $(filter-out firmware/wire/messages.% firmware/wire/protocol.% firmware/api/names.h firmware/robots/%,\
     $(wildcard host/kernel/*.[ch] firmware/*/*.[ch] firmware/boards/*/*.[ch] firmware/hosts/*/*.[ch] firmware/examples/*/*.[ch] tests/*/*.[ch] tests/*/*/*.[ch] tools/*/*.[ch] tools/*/*.cpp))
 PYTHON_SOURCES = host $(wildcard tests tools/*/*.py) $(shell grep -lsE '^\#!.*python' tools/*)
 CLANG ?= clang
@@ -89,7 +89,7 @@ format: venv ## format C and Python in place
 	@$(VENV)/bin/ruff check --quiet --fix --select I $(PYTHON_SOURCES)
 
 # Generated C: written from the DBC and from the robots' descriptions, committed, never edited.
-GENERATORS = $(wildcard tools/dbc2c tools/robot2c)
+GENERATORS = $(wildcard tools/dbc2c tools/robot2c tools/names2c)
 
 generate: venv ## write the generated C anew (DBC codec, robot tables)
 	@for generator in $(GENERATORS); do $(VENV)/bin/python $$generator; done

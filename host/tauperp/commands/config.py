@@ -16,7 +16,7 @@ thresholds, gains, timing and stop categories, with a CRC-32. Without -o it only
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="TOML file, or the name of a shipped preset")
-    parser.add_argument("-o", "--output", metavar="OUT", help="write the block to this file")
+    parser.add_argument("-o", "--output", metavar="OUT", help="write the block to this file; as C if it ends in .c")
     parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the file's")
     parser.add_argument(
         "--numeric", choices=list(NUMERICS), default="float32", help="number type of the firmware (default: float32)"
@@ -28,10 +28,31 @@ def run(args: argparse.Namespace) -> int:
     configuration = load_configuration(args.file, robot=args.robot)
     block = configuration.block(args.numeric)
     if args.output:
-        write_atomically(args.output, block)
+        write_atomically(args.output, _c_source(configuration, block) if args.output.endswith(".c") else block)
     summary = _summary(configuration, args.numeric, block)
     print(json.dumps(summary, indent=2) if args.json else _table(summary))
     return 0
+
+
+def _c_source(configuration: Configuration, block: bytes) -> str:
+    """The block as constants that a program of one's own links: firmware/api/tauperp.h."""
+    words = [f"0x{int.from_bytes(block[i : i + 4], 'little'):08x}u" for i in range(0, len(block), 4)]
+    lines = ["    " + ", ".join(words[i : i + 8]) + "," for i in range(0, len(words), 8)]
+    return "\n".join(
+        [
+            f"/* Configuration block of {configuration.robot.name}, written by `tauperp config`. Do not edit. */",
+            "#include <stddef.h>",
+            "#include <stdint.h>",
+            "",
+            "extern const uint32_t tauperp_block[];",
+            "extern const size_t tauperp_block_size;",
+            "const uint32_t tauperp_block[] = {",
+            *lines,
+            "};",
+            "const size_t tauperp_block_size = sizeof tauperp_block;",
+            "",
+        ]
+    )
 
 
 def _summary(configuration: Configuration, numeric: Numeric, block: bytes) -> dict[str, Any]:
