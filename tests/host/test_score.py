@@ -13,10 +13,12 @@ from tauperp.errors import InputError
 from tauperp.firmware import Core, Reason
 from tauperp.recording import Playback, Score, find_offsets, play, score
 from tauperp.recording.offsets import weights
+from tauperp.recording.playback import _Bus
 from tauperp.recording.score import faults
 from tauperp.recording.timeline import timeline
-from tauperp.replay import Recording
+from tauperp.replay import Recording, read_recording
 from tauperp.sim.dynamics import Dynamics
+from tauperp.wire import Receiver
 
 PERIOD_S = 0.005
 POSE = np.array([0.06, 0.69, -0.08, -1.62, 0.03, 2.29, 0.85])
@@ -234,6 +236,33 @@ def test_a_range_stop_names_quantity_value_and_limit(configuration: Configuratio
         result.input_stops[0].detail == "joint 4 (panda_joint4): velocity 2.5 rad/s is above its limit of 2.175 rad/s"
     )
     assert "velocity 2.5 rad/s" in result.faults[0]
+
+
+def test_a_factor_per_joint_and_an_acceleration_are_mapped(tmp_path: Path, configuration: Configuration) -> None:
+    recording = still(2.5, touched=[(2.0, 2.3)])
+    factor = np.array([10.0, 8.0, 5.0, 4.0, 2.0, 1.0, 0.5])
+    currents = Recording("c", Path("c.csv"), recording.time_s, recording.q, recording.qd, recording.tau / factor, None)
+    table = write(currents, tmp_path / "c.csv")
+    lines = table.read_text().splitlines()
+    table.write_text("\n".join([lines[0] + ",ax,ay,az", *(line + ",0.1,0,-0.05" for line in lines[1:])]) + "\n")
+    (tmp_path / "map.toml").write_text(
+        f"[torque]\nfactor = {factor.tolist()}\n"
+        '[acceleration]\ncolumns = ["ax", "ay", "az"]\nunit = "g"\n[label]\ncolumn = "label"\n'
+    )
+    read = read_recording(table, 7, tmp_path / "map.toml")
+    np.testing.assert_allclose(read.tau, recording.tau, atol=1e-5)
+    assert read.acceleration is not None
+    assert read.acceleration[-1] == pytest.approx([0.980665, 0.0, -0.4903325])
+    sent: list[float] = []
+    receiver, wire = Receiver(configuration.wire), configuration.wire.message("TaskCommand")
+    bus = _Bus(read, configuration, "payload")
+    for frame in (one for cycle in (3, 4) for one in bus.frames(3, cycle, np.zeros((7, 3)), None)):
+        if frame.arbitration_id == wire.id and (received := receiver.receive(frame)) and received.signals:
+            sent = [received.signals[name] for name in ("AccelX", "AccelY", "AccelZ")]
+    assert sent == pytest.approx([0.98, 0.0, -0.49], abs=0.02)
+    (tmp_path / "map.toml").write_text("[torque]\nfactor = [1.0, 2.0]\n")
+    with pytest.raises(InputError, match=r"torque\.factor: 2 factors for 7 joints"):
+        read_recording(table, 7, tmp_path / "map.toml")
 
 
 # --- the command --------------------------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ from tauperp.sim.moment import Puppet, Watch
 from tauperp.wire import Sender
 
 _SENSOR_OK = 0
-_NO_ACCELERATION = {"AccelX": 0.0, "AccelY": 0.0, "AccelZ": 0.0}
+_AXES = ("AccelX", "AccelY", "AccelZ")
 _CYCLE_MASK = 0xFFFF
 
 
@@ -231,6 +231,8 @@ class _Bus:
 
         Raises InputError, with the line of the file, if the wire cannot carry a value.
         """
+        own = self._recording.acceleration
+        acceleration = dict(zip(_AXES, (0.0, 0.0, 0.0) if own is None else own[row].tolist(), strict=True))
         # An edge of Request needs a 0 first; the next try comes two cycles later, until the guard grants it.
         reset = {"Request": int(asked_for is not None and cycle % 2 == 1), "TripNumber": asked_for or 0}
         try:
@@ -238,7 +240,7 @@ class _Bus:
             return [
                 frame("Sync", {"Cycle": cycle & _CYCLE_MASK}, cycle=cycle),
                 frame("GuardReset", reset),
-                frame("TaskCommand", {"Task": self._task, **_NO_ACCELERATION}, cycle=cycle),
+                frame("TaskCommand", {"Task": self._task, **acceleration}, cycle=cycle),
                 *(
                     frame(
                         f"JointState{joint}",

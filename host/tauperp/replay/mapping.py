@@ -14,6 +14,11 @@
     [torque]                # tau_J{}; Nm, cNm, mNm
     columns = ["A1", "A2", "A3", "A4", "A5", "A6", "A7"]    # or every joint's own name, instead of a pattern
     sign = -1
+    factor = [11.2, 11.2, 8.1, 8.1, 4.0, 4.0, 4.0]    # times the value: motor currents, Nm per ampere; default 1
+
+    [acceleration]          # of the end-effector as commanded, base frame; default: none
+    columns = ["ax", "ay", "az"]
+    unit = "m/s2"           # m/s2, g
 
     [label]
     column = "touched"      # default label; there need not be one
@@ -38,6 +43,7 @@ TIME_S: Mapping[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_RAD: Mapping[str, float] = {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE}
 SPEED_RAD_S: Mapping[str, float] = {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": _DEGREE}
 TORQUE_NM: Mapping[str, float] = {"Nm": 1.0, "cNm": 1e-2, "mNm": 1e-3}
+ACCELERATION_M_S2: Mapping[str, float] = {"m/s2": 1.0, "g": 9.80665}
 
 
 class _Joints(Table):
@@ -47,6 +53,7 @@ class _Joints(Table):
     columns: list[str] | None = Field(default=None, min_length=1)
     first: int = Field(default=0, ge=0)
     sign: Literal[1, -1] | list[Literal[1, -1]] = 1
+    factor: float | list[float] = 1.0
 
     @field_validator("column")
     @classmethod
@@ -79,6 +86,11 @@ class _Torque(_Joints):
     unit: Literal["Nm", "cNm", "mNm"] = "Nm"
 
 
+class _Acceleration(Table):
+    columns: list[str] = Field(min_length=3, max_length=3)
+    unit: Literal["m/s2", "g"] = "m/s2"
+
+
 class _Label(Table):
     column: str = Field(default="label", min_length=1)
 
@@ -88,6 +100,7 @@ class _MapFile(Table):
     position: _Position = _Position()
     velocity: _Velocity = _Velocity()
     torque: _Torque = _Torque()
+    acceleration: _Acceleration | None = None
     label: _Label = _Label()
 
 
@@ -105,19 +118,20 @@ class Column:
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """The columns for an arm with n joints; the widths of each quantity's add up to n."""
+    """The columns for an arm with n joints. Widths add up to n, those of the acceleration to 3 or 0."""
 
     time: Column
     position: tuple[Column, ...]
     velocity: tuple[Column, ...]
     torque: tuple[Column, ...]
+    acceleration: tuple[Column, ...]
     label: Column
     label_needed: bool
 
     @property
     def readings(self) -> tuple[Column, ...]:
-        """All but the label, in this order: time, position, velocity, torque."""
-        return (self.time, *self.position, *self.velocity, *self.torque)
+        """All but the label, in this order: time, position, velocity, torque, acceleration."""
+        return (self.time, *self.position, *self.velocity, *self.torque, *self.acceleration)
 
 
 def column_map(joints: int, path: str | Path | None = None) -> ColumnMap:
@@ -130,9 +144,13 @@ def column_map(joints: int, path: str | Path | None = None) -> ColumnMap:
 
     def columns(place: str, table: _Joints, unit: float, default: str) -> tuple[Column, ...]:
         signs = table.sign if isinstance(table.sign, list) else [table.sign] * joints
-        if len(signs) != joints:
-            raise InputError(f"{source}: {place}.sign: {len(signs)} signs for {joints} joints")
-        factors = [sign * unit for sign in signs]
+        own = table.factor if isinstance(table.factor, list) else [table.factor] * joints
+        for key, values in (("sign", signs), ("factor", own)):
+            if len(values) != joints:
+                raise InputError(f"{source}: {place}.{key}: {len(values)} {key}s for {joints} joints")
+        if 0.0 in own:
+            raise InputError(f"{source}: {place}.factor: 0 makes nothing of joint {own.index(0.0) + 1}")
+        factors = [sign * factor * unit for sign, factor in zip(signs, own, strict=True)]
         names = table.columns
         if names is None:
             pattern = table.column or default
@@ -143,11 +161,16 @@ def column_map(joints: int, path: str | Path | None = None) -> ColumnMap:
             raise InputError(f"{source}: {place}.columns: {len(names)} names for {joints} joints")
         return tuple(Column(name, (factor,)) for name, factor in zip(names, factors, strict=True))
 
+    acceleration: tuple[Column, ...] = ()
+    if file.acceleration is not None:
+        unit = ACCELERATION_M_S2[file.acceleration.unit]
+        acceleration = tuple(Column(name, (unit,)) for name in file.acceleration.columns)
     return ColumnMap(
         time=Column(file.time.column, (TIME_S[file.time.unit],)),
         position=columns("position", file.position, ANGLE_RAD[file.position.unit], "q{}"),
         velocity=columns("velocity", file.velocity, SPEED_RAD_S[file.velocity.unit], "dq{}"),
         torque=columns("torque", file.torque, TORQUE_NM[file.torque.unit], "tau_J{}"),
+        acceleration=acceleration,
         label=Column(file.label.column, (1.0,)),
         label_needed="label" in file.model_fields_set,
     )

@@ -36,6 +36,7 @@ class Recording:
     touched: npt.NDArray[np.bool_] | None  # (m,); None without labels
     damage: str | None = None  # why the file could not be read beyond the last row
     line_by_line: bool = True  # a row is a line of the file
+    acceleration: FloatArray | None = None  # (m, 3) m/s2, of the end-effector as commanded, base frame
 
     @property
     def period_us(self) -> int:

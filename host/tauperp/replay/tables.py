@@ -79,8 +79,9 @@ def read_recording(path: str | Path, joints: int, map_file: str | Path | None = 
     if np.median(np.diff(time_s)) <= 0:
         raise InputError(f"{path}: time stands still")
     touched = values[:, -1] != 0 if with_label else None
+    acceleration = values[:, 1 + 3 * joints : 4 + 3 * joints] if columns.acceleration else None
     name = path.name.removesuffix(".gz").rpartition(".")[0]
-    return Recording(name, path, time_s, q, qd, tau, touched, damage, by_line)
+    return Recording(name, path, time_s, q, qd, tau, touched, damage, by_line, acceleration)
 
 
 def _good_rows(block: FloatArray, last: float, columns: ColumnMap) -> tuple[int, str | None]:
