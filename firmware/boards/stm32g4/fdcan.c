@@ -3,6 +3,7 @@
  * a Sync is never overtaken by the readings of its cycle.
  */
 #include "../common/board.h"
+#include "../common/dlc.h"
 #include "fdcan_registers.h"
 #include "protocol.h"
 
@@ -21,8 +22,6 @@ enum {
 #define FILTER_COUNT (PROTOCOL_RECEIVE_COUNT + 1)
 #define INIT_TRIES   100000u
 #define ANSWER_TRIES 1000u /* register reads: a few us */
-
-static const uint8_t LENGTHS[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
 
 static bool stuck;
 static bool dead; /* the controller did not answer at start: no frame in or out, and the bus is down */
@@ -78,10 +77,7 @@ static void take(uint32_t element, can_frame_t *frame) {
     flags |= ((id_word & ELEMENT_XTD) != 0u) ? (uint32_t)CAN_FRAME_EXTENDED : 0u;
     flags |= ((id_word & ELEMENT_RTR) != 0u) ? (uint32_t)CAN_FRAME_REMOTE : 0u;
     *frame = (can_frame_t){.id = (id_word >> ELEMENT_ID_SHIFT) & ELEMENT_ID, .flags = (uint8_t)flags};
-    frame->length = LENGTHS[(dlc_word >> ELEMENT_DLC_SHIFT) & ELEMENT_DLC];
-    if (((flags & CAN_FRAME_FD) == 0u) && (frame->length > CAN_FRAME_DATA_LENGTH)) {
-        frame->length = CAN_FRAME_DATA_LENGTH; /* a classic frame of a DLC above 8 has 8 bytes (ISO 11898-1) */
-    }
+    frame->length = dlc_length(dlc_word >> ELEMENT_DLC_SHIFT, (flags & CAN_FRAME_FD) != 0u);
     for (uint32_t i = 0; (i < frame->length) && (i < CAN_FRAME_DATA_LENGTH); ++i) {
         frame->data[i] = (uint8_t)(fdcan_ram_read(element + 8u + (i & ~3u)) >> (8u * (i & 3u)));
     }

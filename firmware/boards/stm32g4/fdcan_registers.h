@@ -85,7 +85,7 @@ enum {
 /* Elements: header words, the same for reception and transmission. */
 enum { ELEMENT_XTD = 1u << 30, ELEMENT_RTR = 1u << 29, ELEMENT_FDF = 1u << 21, ELEMENT_BRS = 1u << 20 };
 
-enum { ELEMENT_ID_SHIFT = 18, ELEMENT_ID = 0x7FF, ELEMENT_DLC_SHIFT = 16, ELEMENT_DLC = 0xF };
+enum { ELEMENT_ID_SHIFT = 18, ELEMENT_ID = 0x7FF, ELEMENT_DLC_SHIFT = 16 };
 
 #define FILTER_DUAL_ID (1u << 30) /* two ids */
 #define FILTER_FIFO_0  (1u << 27)

@@ -1,5 +1,6 @@
 /* The CAN FD controller 0 of the Versal low-power domain, polled: receive FIFO 0 of 64 frames, 32 transmit buffers. */
 #include "../common/board.h"
+#include "../common/dlc.h"
 #include "canfd_registers.h"
 #include "protocol.h"
 
@@ -18,8 +19,6 @@ enum {
 enum { FIFO_READ_INDEX = 0x3Fu, FIFO_FILL_SHIFT = 8, FIFO_FILL = 0x7Fu, ID_SHIFT = 21, DLC_SHIFT = 28 };
 
 #define STANDARD_ID_MASK 0x7FFu
-
-static const uint8_t LENGTHS[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
 
 static bool stuck;
 
@@ -70,10 +69,7 @@ bool can_receive(can_frame_t *frame) {
     const uint32_t id_word = canfd_read(buffer);
     const uint32_t dlc_word = canfd_read(buffer + 4u);
     *frame = (can_frame_t){.id = id_word >> ID_SHIFT, .flags = flags_of(id_word, dlc_word)};
-    frame->length = LENGTHS[dlc_word >> DLC_SHIFT];
-    if (((frame->flags & CAN_FRAME_FD) == 0u) && (frame->length > CAN_FRAME_DATA_LENGTH)) {
-        frame->length = CAN_FRAME_DATA_LENGTH; /* a classic frame of a DLC above 8 has 8 bytes (ISO 11898-1) */
-    }
+    frame->length = dlc_length(dlc_word >> DLC_SHIFT, (frame->flags & CAN_FRAME_FD) != 0u);
     for (uint32_t i = 0; (i < frame->length) && (i < CAN_FRAME_DATA_LENGTH); ++i) {
         const uint32_t word = canfd_read(buffer + 8u + (i & ~3u));
         frame->data[i] = (uint8_t)(word >> (24u - 8u * (i & 3u)));

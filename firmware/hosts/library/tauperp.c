@@ -13,7 +13,3 @@ uint32_t tauperp_numeric(void) {
 uint32_t tauperp_config_size(void) {
     return (uint32_t)sizeof(guard_config_t);
 }
-
-uint32_t tauperp_guard_size(void) {
-    return (uint32_t)sizeof(guard_t);
-}

@@ -12,6 +12,5 @@
 uint32_t tauperp_version(void);
 uint32_t tauperp_numeric(void);     /* numeric_t */
 uint32_t tauperp_config_size(void); /* sizeof(guard_config_t) */
-uint32_t tauperp_guard_size(void);
 
 #endif

@@ -166,11 +166,6 @@ class Arm:
         """MuJoCo's number of the body of link `link`, counted from 1."""
         return self._links[link - 1]
 
-    @property
-    def tip_position(self) -> NDArray[np.float64]:
-        """End-effector point in the base frame (3,) m, at the start of the last step."""
-        return self.data.site_xpos[self._tip].copy()
-
     def tip_velocity(self) -> NDArray[np.float64]:
         """Of the end-effector point, base frame (3,) m/s."""
         jacobian = np.zeros((3, self.model.nv))

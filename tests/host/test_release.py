@@ -1,0 +1,22 @@
+"""What a release says of itself agrees with the sources."""
+
+import re
+
+from tauperp import __version__
+from tauperp.files import repository_root
+
+ROOT = repository_root()
+
+
+def test_the_version_has_one_place_and_the_citation_follows_it() -> None:
+    macros = dict(re.findall(r"#define TAUPERP_VERSION_(\w+) +(\d+)u", (ROOT / "firmware/guard/version.h").read_text()))
+    assert __version__ == ".".join(macros[part] for part in ("MAJOR", "MINOR", "PATCH"))
+    assert re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE) == [__version__]
+
+
+def test_the_lock_pins_every_direct_dependency() -> None:
+    pinned = {line.partition("==")[0].lower().replace("_", "-") for line in (ROOT / "requirements.lock").open()}
+    project = (ROOT / "pyproject.toml").read_text().partition("[project.scripts]")[0]
+    names = {name.lower() for name in re.findall(r'"([A-Za-z][\w-]*)[>=<"]', project.partition("dependencies = [")[2])}
+    optional = {"casadi", "mkdocs", "mkdocs-material", "rerun-sdk", "tauperp"}  # installed on demand
+    assert sorted(names - optional - pinned) == []
