@@ -3,9 +3,11 @@
 #include "messages.h"
 #include "scale.h"
 
-/* Error rate of a sender: a leaky count. One bad frame adds as much as ERROR_STEP good ones take away, so a steady
- * share of more than 1/9 bad frames reaches the limit; 9 bad frames in a row do, fewer with good ones between never. */
+/* Error rate of a sender: a leaky count, from which each good frame takes 1 away. A bad frame adds ERROR_STEP: more
+ * than one in nine reaches the limit, and so do 8 in a row. A missing or late one adds LOSS_STEP: more than one in five
+ * does. */
 #define ERROR_STEP    8u
+#define LOSS_STEP     4u
 #define ERROR_LIMIT   64u
 #define REPEATS_LIMIT 3u
 
@@ -88,7 +90,28 @@ static void receive_sync(guard_t *self, const can_frame_t *frame, uint64_t now_u
     good(&self->inputs.sync, now_us);
 }
 
-static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t joint, uint64_t now_us) {
+static uint32_t joint_of(uint32_t slot) {
+    return (protocol_receive[slot].kind == (uint8_t)PROTOCOL_KIND_JOINT_STATE) ? (protocol_receive[slot].joint + 1u)
+                                                                               : 0u;
+}
+
+static void add_errors(guard_t *self, uint32_t slot, uint32_t weight) {
+    uint8_t *const errors = &self->inputs.errors[slot];
+    const uint32_t sum = *errors + weight;
+    *errors = (uint8_t)((sum < ERROR_LIMIT) ? sum : ERROR_LIMIT);
+    if (*errors >= ERROR_LIMIT) {
+        note_fault(self, GUARD_REASON_ERROR_RATE, joint_of(slot));
+    }
+}
+
+/* Good by itself, but of another cycle. */
+static void late(guard_t *self, uint32_t slot) {
+    count(&self->counters.late_frames, 1u);
+    add_errors(self, slot, LOSS_STEP);
+}
+
+static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t slot, uint64_t now_us) {
+    const uint32_t joint = protocol_receive[slot].joint;
     const robot_joint_t *const limits = &self->config->robot.joint[joint];
     struct tauperp_joint_state_t message;
     (void)tauperp_joint_state_unpack(&message, frame->data, frame->length);
@@ -97,7 +120,7 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t join
         return;
     }
     if (message.cycle_high != (uint8_t)((self->inputs.snapshot.cycle >> 4) & 3u)) {
-        count(&self->counters.late_frames, 1u); /* of a cycle 16, 32 or 48 before, which the counter cannot tell */
+        late(self, slot); /* of a cycle 16, 32 or 48 before, which the counter cannot tell */
         return;
     }
     const num_t position = scale_to_num(message.position, PROTOCOL_JOINT_STATE_POSITION_SCALE);
@@ -119,7 +142,7 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t join
     if (status == SNAPSHOT_COMPLETED) {
         self->inputs.completed_us = now_us; /* good when a tick has evaluated it */
     } else if (status != SNAPSHOT_TAKEN) {
-        count(&self->counters.late_frames, 1u);
+        late(self, slot);
     } else {
         /* others are missing still */
     }
@@ -129,12 +152,12 @@ static bool task_configured(const guard_config_t *config, uint32_t task) {
     return (task < (uint32_t)TASK_COUNT) && (config->task[task].index.kind != (uint32_t)INDEX_OFF);
 }
 
-static void receive_task(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
+static void receive_task(guard_t *self, const can_frame_t *frame, uint32_t slot, uint64_t now_us) {
     struct tauperp_task_command_t message;
     (void)tauperp_task_command_unpack(&message, frame->data, frame->length);
     /* Its counter is the cycle's: a command of another cycle is a stale one. */
     if (message.counter != (uint8_t)(self->inputs.snapshot.cycle & E2E_COUNTER_MASK)) {
-        count(&self->counters.late_frames, 1u);
+        late(self, slot);
         return;
     }
     if (!task_configured(self->config, message.task)) {
@@ -166,12 +189,7 @@ static void receive_reset(guard_t *self, const can_frame_t *frame) {
     self->inputs.request = request;
 }
 
-static uint32_t joint_of(uint32_t slot) {
-    return (protocol_receive[slot].kind == (uint8_t)PROTOCOL_KIND_JOINT_STATE) ? (protocol_receive[slot].joint + 1u)
-                                                                               : 0u;
-}
-
-/* One frame under this id was good, bad (E2E_UNCHECKED: its format), or came a second time. */
+/* One frame under this id was good, bad (E2E_UNCHECKED: its format), came late or a second time. */
 static void judge_sender(guard_t *self, uint32_t slot, e2e_status_t status) {
     guard_inputs_t *const inputs = &self->inputs;
     const uint16_t bit = (uint16_t)(1u << slot);
@@ -181,19 +199,17 @@ static void judge_sender(guard_t *self, uint32_t slot, e2e_status_t status) {
         *errors = (uint8_t)((*errors > 0u) ? (*errors - 1u) : 0u);
         *repeats = ((inputs->repeated & bit) != 0u) ? *repeats : 0u;
         inputs->repeated &= (uint16_t)~bit;
+        add_errors(self, slot, (status == E2E_SOME_LOST) ? (inputs->receiver[slot].lost * LOSS_STEP) : 0u);
         return;
     }
-    *errors = (uint8_t)((*errors < ERROR_LIMIT) ? (*errors + ERROR_STEP) : *errors);
     if ((status == E2E_REPEATED) && ((inputs->repeated & bit) == 0u)) {
         inputs->repeated |= bit;
         *repeats = (uint8_t)((*repeats < REPEATS_LIMIT) ? (*repeats + 1u) : *repeats);
     }
     if (*repeats >= REPEATS_LIMIT) {
         note_fault(self, GUARD_REASON_ANOTHER_SENDER, joint_of(slot));
-    } else if (*errors >= ERROR_LIMIT) {
-        note_fault(self, GUARD_REASON_ERROR_RATE, joint_of(slot));
     } else {
-        /* now and then a frame is lost */
+        add_errors(self, slot, ERROR_STEP); /* now and then a frame is lost */
     }
 }
 
@@ -251,10 +267,10 @@ void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
         receive_sync(self, frame, now_us);
         break;
     case PROTOCOL_KIND_JOINT_STATE:
-        receive_joint(self, frame, protocol_receive[slot].joint, now_us);
+        receive_joint(self, frame, slot, now_us);
         break;
     case PROTOCOL_KIND_TASK_COMMAND:
-        receive_task(self, frame, now_us);
+        receive_task(self, frame, slot, now_us);
         break;
     case PROTOCOL_KIND_GUARD_RESET:
         receive_reset(self, frame);

@@ -5,8 +5,8 @@
  * is the one of the current Sync. A cycle whose readings do not all arrive is dropped whole by the next Sync. Whoever
  * uses a complete snapshot takes it, once, and learns how many cycles its observer has to bridge since the last one.
  *
- * The nibble cannot tell a frame from one exactly 16 cycles older, nor the gap from the same gap plus 65536 cycles:
- * the guard's deadlines must be shorter. Units: rad, rad/s, Nm; joints count from 0.
+ * The nibble cannot tell a frame from one 16 cycles older: the guard looks at two more bits of the cycle, which leaves
+ * multiples of 64. Nor can it tell a gap from the same gap plus 65536 cycles: the guard's deadlines are shorter. Units: rad, rad/s, Nm; joints count from 0.
  * Cost: constant per call, about 25 instructions.
  */
 #ifndef TAUPERP_SNAPSHOT_H

@@ -370,6 +370,42 @@ static void test_one_bad_frame_in_twenty_has_no_consequence(void) {
     }
 }
 
+/* Each gap is short enough to be bridged; that they never end is not. */
+static void test_a_joint_that_loses_three_frames_in_four_is_a_stop(void) {
+    run_until_permitted(&bench);
+    uint32_t taken = 0;
+    while (bench.out.permitted && (taken < 1000u)) {
+        next_cycle(&bench);
+        receive(&bench, sync_frame(&bench));
+        receive(&bench, task_frame(&bench));
+        for (uint32_t i = 0; i < JOINTS; ++i) {
+            if ((i != 3u) || ((taken % 4u) == 3u)) {
+                receive(&bench, joint_frame(&bench, i));
+            }
+        }
+        tick(&bench);
+        ++taken;
+    }
+    assert_stopped(&bench, GUARD_REASON_ERROR_RATE, 4u);
+    TEST_ASSERT_TRUE(taken <= 30u);
+}
+
+static void test_one_lost_frame_in_ten_has_no_consequence(void) {
+    run_until_permitted(&bench);
+    for (uint32_t k = 0; k < 1000u; ++k) {
+        next_cycle(&bench);
+        receive(&bench, sync_frame(&bench));
+        receive(&bench, task_frame(&bench));
+        for (uint32_t i = 0; i < JOINTS; ++i) {
+            if ((i != 3u) || ((k % 10u) != 0u)) {
+                receive(&bench, joint_frame(&bench, i));
+            }
+        }
+        tick(&bench);
+        TEST_ASSERT_TRUE(bench.out.permitted);
+    }
+}
+
 static void test_a_counter_twice_a_cycle_in_cycle_after_cycle_is_another_sender(void) {
     run_until_permitted(&bench);
     uint32_t taken = 0;
@@ -481,6 +517,8 @@ int main(void) {
     RUN_TEST(test_a_task_command_of_another_cycle_is_late);
     RUN_TEST(test_a_sender_with_many_bad_frames_is_a_stop);
     RUN_TEST(test_one_bad_frame_in_twenty_has_no_consequence);
+    RUN_TEST(test_a_joint_that_loses_three_frames_in_four_is_a_stop);
+    RUN_TEST(test_one_lost_frame_in_ten_has_no_consequence);
     RUN_TEST(test_a_counter_twice_a_cycle_in_cycle_after_cycle_is_another_sender);
     RUN_TEST(test_a_single_repetition_is_no_other_sender);
     RUN_TEST(test_a_position_that_jumps_is_implausible);

@@ -47,7 +47,7 @@ static void test_any_flipped_bit_of_a_frame_is_dropped_and_counted_once(void) {
         cycle(&bench);
         assert_only(after, (guard_counters_t){.lost_frames = 1});
         TEST_ASSERT_TRUE(bench.out.permitted);
-        cycles(&bench, 10u); /* now and then, not one frame in two: that has consequences of its own */
+        cycles(&bench, 12u); /* now and then, not one frame in two: that has consequences of its own */
     }
 }
 
