@@ -218,6 +218,11 @@ def _correct(
             "offsets were fitted; the thresholds of task none still hold it."
         )
         pairs = [(motion, residual - payload.torque(motion, configuration.robot)) for motion, residual in pairs]
+    elif not payload.is_told_apart and rest is None:
+        notes.append(
+            "the postures are too alike to tell offsets from a payload: if something was in the gripper, its weight is "
+            "in the offsets, which are wrong in other postures"
+        )
     cut = [round((1 - held_out) * len(residual)) for _, residual in pairs]
     fitted = [(motion.part(0, at), residual[:at]) for (motion, residual), at in zip(pairs, cut, strict=True)]
     judged = [

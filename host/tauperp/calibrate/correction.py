@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from tauperp.calibrate.sources import Motion
 from tauperp.errors import InputError
-from tauperp.recording.offsets import weights
+from tauperp.recording.offsets import conditioned, weights
 from tauperp.robot import Robot
 from tauperp.sim.dynamics import Dynamics
 
@@ -122,11 +122,12 @@ class ApparentPayload:
     mass_kg: float
     first_moment_kg_m: FloatArray  # (3,) in the last link's axes, about the end-effector point
     explained: float  # share of the variance of r, offsets and friction taken off
+    is_told_apart: bool  # the postures differ enough to tell its weight from offsets
 
     @property
     def is_there(self) -> bool:
         """Large enough, and alone enough, to be a payload and not the model's errors."""
-        return abs(self.mass_kg) > PAYLOAD_KG and self.explained > 0.5
+        return self.is_told_apart and abs(self.mass_kg) > PAYLOAD_KG and self.explained > 0.5
 
     def torque(self, motion: Motion, robot: Robot) -> FloatArray:
         """Its weight's torque in the motion's postures, (m, n) Nm."""
@@ -145,7 +146,8 @@ def apparent_payload(pairs: Sequence[tuple[Motion, FloatArray]], robot: Robot) -
             target.append(residual[row])
     x, y = np.concatenate(columns), np.concatenate(target)
     found = np.linalg.lstsq(x, y, rcond=1e-6)[0]
+    is_told_apart = conditioned(x)
     without = y - x[:, : 2 * n] @ found[: 2 * n]
     left = without - x[:, 2 * n :] @ found[2 * n :]
     explained = 1 - float((left**2).sum()) / max(float((without**2).sum()), 1e-12)
-    return ApparentPayload(float(found[2 * n]), found[2 * n + 1 :], explained)
+    return ApparentPayload(float(found[2 * n]), found[2 * n + 1 :], explained, is_told_apart)

@@ -38,7 +38,7 @@ PAYLOAD_SHARE = 0.8  # of the offsets' squares that it explains
 PAYLOAD_NM = 1.5  # and the largest offset: below, any sensor may read so much
 REGRESSION_ROWS = 600
 REGRESSION_S = 5.0  # of motion
-LARGEST_CONDITION = 300.0  # of the regressors, scaled: beyond, payload and offsets cannot be told apart
+LARGEST_CONDITION = 30.0  # of the regressors, scaled: beyond, payload and offsets cannot be told apart
 SMOOTHING_S = 0.03
 
 
@@ -166,10 +166,8 @@ def _by_regression(recording: Recording, robot: Robot) -> Offsets:
         model = dynamics.inverse(recording.q[row], recording.qd[row], acceleration[row]) - rotor * acceleration[row]
         target.append(torque[row] - model)
     x, y = np.concatenate(columns), np.concatenate(target)
-    size = np.linalg.norm(x, axis=0)
-    used = size > 0.02 * size.max()  # a joint that never moves has no friction to be found
-    condition = float(np.linalg.cond(x[:, used] / size[used]))
-    if condition > LARGEST_CONDITION:
+    used = _used(x)
+    if not conditioned(x):
         raise InputError(
             f"{recording.path}: its postures are too alike to tell offsets from a payload; name them with --offsets"
         )
@@ -179,6 +177,19 @@ def _by_regression(recording: Recording, robot: Robot) -> Offsets:
     _refuse_what_is_no_sensors(recording, offset, np.zeros(n), robot)
     told = f"least squares over {moving_s:.0f} s of the file's own motion, beside a payload of {found[2 * n]:+.2f} kg"
     return Offsets(offset, REGRESSION, told)
+
+
+def conditioned(columns: FloatArray) -> bool:
+    """Whether the regressors (k, columns) differ enough to be told apart: those of offsets and of a payload."""
+    used = columns[:, _used(columns)]
+    return float(np.linalg.cond(used / np.linalg.norm(used, axis=0))) <= LARGEST_CONDITION
+
+
+def _used(columns: FloatArray) -> npt.NDArray[np.bool_]:
+    """All but those of joints that never move: their friction cannot be found."""
+    size = np.linalg.norm(columns, axis=0)
+    result: npt.NDArray[np.bool_] = size > 0.02 * size.max()
+    return result
 
 
 def _smooth(values: FloatArray, window: int) -> FloatArray:
