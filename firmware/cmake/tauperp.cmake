@@ -2,13 +2,13 @@
 #   TAUPERP_FIRMWARE, TAUPERP_SOURCES, TAUPERP_HEADERS, TAUPERP_INCLUDES
 #   tauperp_objects(NAME DEFINITION...)   NAME_settings, how to compile; NAME_objects, the objects of all portable rooms
 get_filename_component(TAUPERP_FIRMWARE "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
-set(TAUPERP_INCLUDES core wire guard schedule)
+set(TAUPERP_INCLUDES core wire wire/generated guard schedule)
 list(TRANSFORM TAUPERP_INCLUDES PREPEND "${TAUPERP_FIRMWARE}/")
 set(TAUPERP_JOINTS 8 CACHE STRING "Joints of the longest arm, 1 to 8: it decides the size of the guard's state")
 
 set(TAUPERP_SOURCES "")
 set(TAUPERP_HEADERS "")
-foreach(room core wire guard schedule)
+foreach(room core wire wire/generated guard schedule)
     file(GLOB sources CONFIGURE_DEPENDS "${TAUPERP_FIRMWARE}/${room}/*.c")
     file(GLOB headers CONFIGURE_DEPENDS "${TAUPERP_FIRMWARE}/${room}/*.h")
     list(APPEND TAUPERP_SOURCES ${sources})

@@ -39,7 +39,7 @@ typedef struct {
     uint32_t size;    /* bytes of the whole block */
     uint32_t crc;     /* CRC-32 of everything behind this field */
     uint32_t numeric; /* numeric_t */
-    uint32_t wire;    /* CRC-32 of the DBC file that the block was made for */
+    uint32_t wire;    /* CRC-32 of what the DBC says (PROTOCOL_WIRE_CRC) that the block was made for */
     uint32_t format;  /* wire_format_t */
     uint32_t period_us;
     uint32_t sync_deadline_us;  /* age of the newest good input at which motion ends */

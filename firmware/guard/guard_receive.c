@@ -67,7 +67,7 @@ static void compare_clocks(guard_t *self, uint32_t advance, uint64_t now_us) {
 
 static void receive_sync(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
     struct tauperp_sync_t message;
-    (void)tauperp_sync_unpack(&message, frame->data, frame->length);
+    tauperp_sync_unpack(&message, frame->data);
     if ((message.cycle & E2E_COUNTER_MASK) != message.counter) {
         fault(self, GUARD_REASON_INPUT_RANGE, 0);
         return;
@@ -114,7 +114,7 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t slot
     const uint32_t joint = protocol_receive[slot].joint;
     const robot_joint_t *const limits = &self->config->robot.joint[joint];
     struct tauperp_joint_state_t message;
-    (void)tauperp_joint_state_unpack(&message, frame->data, frame->length);
+    tauperp_joint_state_unpack(&message, frame->data);
     if (message.sensor_status != TAUPERP_JOINT_STATE_SENSOR_STATUS_OK_CHOICE) {
         fault(self, GUARD_REASON_SENSOR_STATUS, joint + 1u);
         return;
@@ -154,7 +154,7 @@ static bool task_configured(const guard_config_t *config, uint32_t task) {
 
 static void receive_task(guard_t *self, const can_frame_t *frame, uint32_t slot, uint64_t now_us) {
     struct tauperp_task_command_t message;
-    (void)tauperp_task_command_unpack(&message, frame->data, frame->length);
+    tauperp_task_command_unpack(&message, frame->data);
     /* Its counter is the cycle's: a command of another cycle is a stale one. */
     if (message.counter != (uint8_t)(self->inputs.snapshot.cycle & E2E_COUNTER_MASK)) {
         late(self, slot);
@@ -180,7 +180,7 @@ static void receive_task(guard_t *self, const can_frame_t *frame, uint32_t slot,
 
 static void receive_reset(guard_t *self, const can_frame_t *frame) {
     struct tauperp_guard_reset_t message;
-    (void)tauperp_guard_reset_unpack(&message, frame->data, frame->length);
+    tauperp_guard_reset_unpack(&message, frame->data);
     const bool request = message.request != 0u;
     if (request && !self->inputs.request) {
         self->inputs.edge = true;

@@ -54,7 +54,7 @@ static void stop_command(guard_t *guard, guard_output_t *out) {
     message.joint = out->joint;
     message.trip_number = out->trip_number;
     message.index_value = torque_raw(out->value_nm);
-    (void)tauperp_stop_command_pack(frame->data, &message, sizeof(frame->data));
+    tauperp_stop_command_pack(frame->data, &message);
     seal(&guard->report.stop, frame, PROTOCOL_TRANSMIT_STOP_COMMAND);
 }
 
@@ -107,7 +107,7 @@ static void status(guard_t *guard, guard_output_t *out, uint32_t page) {
     struct tauperp_guard_status_t message = {0};
     message.page = (uint8_t)page;
     fill_page(guard, out, &message);
-    (void)tauperp_guard_status_pack(frame->data, &message, sizeof(frame->data));
+    tauperp_guard_status_pack(frame->data, &message);
     seal(&guard->report.status, frame, PROTOCOL_TRANSMIT_GUARD_STATUS);
 }
 
@@ -120,7 +120,7 @@ static void joint_index(guard_t *guard, guard_output_t *out, uint32_t joint) {
     message.threshold =
         (uint16_t)scale_to_raw(out->threshold[joint], PROTOCOL_GUARD_INDEX_THRESHOLD_SCALE,
                                PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MIN, PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MAX);
-    (void)tauperp_guard_index_pack(frame->data, &message, sizeof(frame->data));
+    tauperp_guard_index_pack(frame->data, &message);
     seal(&guard->report.index, frame, PROTOCOL_TRANSMIT_GUARD_INDEX);
 }
 

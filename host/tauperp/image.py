@@ -26,7 +26,7 @@ class Image:
     version: str  # release, major.minor.patch
     build: str  # of the firmware's sources, 8 hex digits; the first 4 are GuardStatus.BuildId
     config_crc: str  # of the configuration block inside, 8 hex digits
-    wire_crc: str  # of the DBC file
+    wire_crc: str  # Wire.hash
     numeric: str
     board: str
     variant: str  # product, or what the image is for instead: lockstep, emulator; "not said" before format 2

@@ -171,7 +171,7 @@ class Wire:
     """The DBC: its identity and its messages."""
 
     path: Path
-    crc: int  # CRC-32 of the file's bytes, as in the firmware and the configuration block
+    crc: int  # CRC-32 of what the file means (`_meaning`), as in the firmware and the configuration block
     version: int  # the DBC's WireVersion
     database: Database = field(repr=False)
     messages: Mapping[str, WireMessage] = field(repr=False)  # by name, in the order of the file
@@ -202,11 +202,11 @@ class Wire:
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
         by_id = {message.id: message for message in messages.values()}
-        return cls(path, zlib.crc32(content), version, database, messages, by_id)
+        return cls(path, zlib.crc32(_meaning(version, by_id).encode()), version, database, messages, by_id)
 
     @property
     def hash(self) -> str:
-        """The file's CRC-32 as eight hex digits: what every result is printed with."""
+        """The wire's identity as eight hex digits: what every result is printed with."""
         return f"{self.crc:08x}"
 
     def message(self, name: str) -> WireMessage:
@@ -215,6 +215,24 @@ class Wire:
             return self.messages[name]
         except KeyError:
             raise InputError(f"{self.path.name}: no message {name}") from None
+
+
+def _meaning(version: int, by_id: Mapping[int, WireMessage]) -> str:
+    """All that two ends of a bus must agree on, a line for each message and signal, ordered by id and place.
+
+    Layouts, scalings, ranges, value tables, E2E data and times; not comments, names of signals, order or receivers.
+    """
+    lines = [str(version)]
+    for number, message in sorted(by_id.items()):
+        rules = (message.max_delta, message.timeout_cycles, message.cycle_time_ms, message.counter_is_cycle)
+        lines.append(f"{number:X} {message.length} {message.data_ids.hex()} {rules}")
+        for signal in sorted(message.definition.signals, key=lambda s: (s.multiplexer_ids or [-1], s.start)):
+            place = (signal.start, signal.length, signal.byte_order, signal.is_signed, signal.is_multiplexer)
+            numbers = (signal.scale, signal.offset, signal.minimum, signal.maximum)
+            values = sorted((int(value), str(name)) for value, name in (signal.choices or {}).items())
+            scaled = tuple(None if number is None else float(number) for number in numbers)
+            lines.append(f" {signal.multiplexer_ids} {place} {scaled} {signal.unit} {values}")
+    return "\n".join(lines)
 
 
 def _message(definition: Message) -> WireMessage:

@@ -123,7 +123,7 @@ def test_every_external_symbol_has_the_prefix(foreign: Path, numeric: str) -> No
     """After a new function: tools/names2c."""
     symbols = _run(["nm", "--extern-only", "--defined-only", foreign / "tauperp" / f"libtauperp_{numeric}.a"], foreign)
     names = {line.split()[2] for line in symbols.splitlines() if len(line.split()) == 3}
-    assert len(names) > 100
+    assert len(names) > 80
     assert [name for name in sorted(names) if not name.startswith(f"tauperp_{numeric}_")] == []
 
 
@@ -134,7 +134,7 @@ def test_every_macro_of_the_public_header_has_the_prefix() -> None:
 
 @pytest.mark.parametrize("definition", [[], ["-DTAUPERP_FIXED=1"]], ids=["float", "fixed"])
 def test_the_interface_and_the_example_build_without_a_warning(tmp_path: Path, definition: list[str]) -> None:
-    rooms = [f"-I{FIRMWARE / room}" for room in ("core", "wire", "guard", "schedule")]
+    rooms = [f"-I{FIRMWARE / room}" for room in ("core", "wire", "wire/generated", "guard", "schedule")]
     api = ["gcc", *STRICT, *definition, f"-I{FIRMWARE / 'api'}"]
     _run([*api, *rooms, "-O2", "-c", FIRMWARE / "api" / "api.c", "-o", tmp_path / "api.o"], tmp_path)
     _run([*api, "-O2", "-c", EXAMPLE, "-o", tmp_path / "example.o"], tmp_path)

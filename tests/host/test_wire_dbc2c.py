@@ -1,5 +1,6 @@
 """tools/dbc2c: the committed sources are current, and a DBC that the firmware cannot be made from is refused."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -35,10 +36,10 @@ def dbc2c() -> ModuleType:
 @pytest.fixture
 def checkout(tmp_path: Path, dbc2c: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder that the tool takes for the repository, with the committed files in it."""
-    wire = tmp_path / "firmware" / "wire"
+    wire = tmp_path / "firmware" / "wire" / "generated"
     wire.mkdir(parents=True)
     for name in GENERATED:
-        shutil.copy(repository_root() / "firmware" / "wire" / name, wire)
+        shutil.copy(repository_root() / "firmware" / "wire" / "generated" / name, wire)
     monkeypatch.setattr(dbc2c, "repository_root", lambda: tmp_path)
     return wire
 
@@ -105,3 +106,39 @@ def test_a_dbc_that_the_firmware_cannot_be_made_from_is_refused(
     path.write_text(text)
     with pytest.raises(InputError, match=complaint):
         dbc2c.generated(Wire.read(path))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "same"),
+    [
+        ('CM_ SG_ 512 ConfigCrc "CRC-32', 'CM_ SG_ 512 ConfigCrc "The CRC-32', True),
+        (" GUARD,MONITOR\n SG_ Request", " GUARD\n SG_ Request", True),
+        ("Position : 16|16@1-", "Position : 16|15@1-", False),
+        ("(0.00025,0)", "(0.0005,0)", False),
+        ("BO_ 48 GuardReset", "BO_ 49 GuardReset", False),
+        ('"MaxDeltaCounter" BO_ 257 4', '"MaxDeltaCounter" BO_ 257 5', False),
+        ('"Collision"', '"Touch"', False),
+    ],
+)
+def test_the_identity_is_of_the_meaning(tmp_path: Path, old: str, new: str, same: bool) -> None:
+    """A comment or a receiver can change; a layout, a scaling, an id, a limit, a value's name cannot."""
+    text = (repository_root() / "dbc" / "tauperp.dbc").read_text()
+    assert old in text
+    text = text.replace(old, new)
+    if "BO_ 49" in new:
+        text = text.replace(" BO_ 48 ", " BO_ 49 ").replace("VAL_ 48 ", "VAL_ 49 ").replace("SG_ 48 ", "SG_ 49 ")
+    path = tmp_path / "changed.dbc"
+    path.write_text(text)
+    assert (Wire.read(path).crc == Wire.read().crc) is same
+
+
+def test_every_signal_that_the_guard_sends_is_filled() -> None:
+    """guard_report.c sets each field of each message that it packs; CRC and counter are e2e.h's."""
+    report = (repository_root() / "firmware" / "guard" / "guard_report.c").read_text()
+    header = (repository_root() / "firmware" / "wire" / "generated" / "messages.h").read_text()
+    filled = set(re.findall(r"message(?:\.|->)(\w+) =", report))
+    for name in ("stop_command", "guard_status", "guard_index"):
+        body = re.search(rf"struct tauperp_{name}_t \{{(.*?)\}};", header, re.DOTALL)
+        assert body is not None
+        fields = set(re.findall(r"(\w+);", body[1])) - {"crc", "counter"}
+        assert fields - filled == set(), name

@@ -31,8 +31,7 @@ def firmware() -> Any:
 @pytest.fixture(scope="module")
 def messages() -> tuple[Any, Any]:
     """cffi over messages.h, which the library's own declarations leave out."""
-    text = (repository_root() / "firmware" / "wire" / "messages.h").read_text()
-    text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.DOTALL)
+    text = (repository_root() / "firmware" / "wire" / "generated" / "messages.h").read_text()
     ffi = cffi.FFI()
     ffi.cdef(re.sub(r"^#.*$", "", text, flags=re.MULTILINE))
     return ffi, ffi.dlopen(str(load_library().path.resolve()))
@@ -40,9 +39,7 @@ def messages() -> tuple[Any, Any]:
 
 @pytest.fixture
 def rng() -> random.Random:
-    seed = random.randrange(2**32)
-    print(f"seed {seed}")
-    return random.Random(seed)
+    return random.Random(20)
 
 
 def raw_signals(message: WireMessage, rng: random.Random) -> dict[str, int]:
@@ -82,7 +79,7 @@ def test_frames_of_the_firmware_decode_in_cantools_and_check_in_autosar_e2e(
     for sent in range(1, 501):
         raw = raw_signals(message, rng) | {"CRC": 0, "Counter": 0}
         data = bytearray(message.length)
-        assert pack(ffi.from_buffer(data), ffi.new(f"struct {c_struct(message)}_t *", c_names(message, raw)), 8) == 8
+        pack(ffi.from_buffer(data), ffi.new(f"struct {c_struct(message)}_t *", c_names(message, raw)))
         firmware.lib.e2e_protect(
             transmitter, firmware.ffi.from_buffer("uint8_t *", data), message.length, entry.data_ids
         )
@@ -111,7 +108,7 @@ def test_frames_of_the_host_check_and_unpack_in_the_firmware(
         status = firmware.lib.e2e_check(receiver, data, message.length, entry.data_ids, entry.max_delta)
         assert status == (E2EStatus.INITIAL if cycle == 1 else E2EStatus.OK)
         unpacked = ffi.new(f"struct {c_struct(message)}_t *")
-        assert unpack(unpacked, ffi.from_buffer(frame.data), message.length) == 0
+        unpack(unpacked, ffi.from_buffer(frame.data))
         assert {key: getattr(unpacked, key) for key in c_names(message, raw)} == c_names(message, raw)
         assert unpacked.counter == cycle % 16
 

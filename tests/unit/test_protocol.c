@@ -79,7 +79,7 @@ static void test_every_periodic_input_times_out_before_its_counter_repeats(void)
 static void test_a_joint_frame_unpacks_where_its_signals_are(void) {
     const uint8_t frame[8] = {0xC4, 0x2D, 0x01, 0x80, 0xFF, 0x7F, 0xFE, 0xFF};
     struct tauperp_joint_state_t joint;
-    TEST_ASSERT_EQUAL(0, tauperp_joint_state_unpack(&joint, frame, sizeof(frame)));
+    tauperp_joint_state_unpack(&joint, frame);
     TEST_ASSERT_EQUAL_UINT(0xC4, joint.crc);
     TEST_ASSERT_EQUAL_UINT(13, joint.counter);
     TEST_ASSERT_EQUAL_UINT(2, joint.sensor_status);
@@ -89,11 +89,6 @@ static void test_a_joint_frame_unpacks_where_its_signals_are(void) {
 }
 
 static void test_the_raw_value_for_not_available_is_out_of_range(void) {
-    TEST_ASSERT_FALSE(tauperp_joint_state_position_is_in_range(INT16_MIN));
-    TEST_ASSERT_FALSE(tauperp_joint_state_velocity_is_in_range(INT16_MIN));
-    TEST_ASSERT_FALSE(tauperp_joint_state_torque_is_in_range(INT16_MIN));
-    TEST_ASSERT_TRUE(tauperp_joint_state_position_is_in_range(-INT16_MAX));
-    TEST_ASSERT_TRUE(tauperp_joint_state_position_is_in_range(INT16_MAX));
     TEST_ASSERT_EQUAL_INT(-INT16_MAX, PROTOCOL_JOINT_STATE_POSITION_RAW_MIN);
     TEST_ASSERT_EQUAL_INT(-INT16_MAX, PROTOCOL_JOINT_STATE_VELOCITY_RAW_MIN);
     TEST_ASSERT_EQUAL_INT(-INT16_MAX, PROTOCOL_JOINT_STATE_TORQUE_RAW_MIN);
@@ -110,7 +105,7 @@ static void test_a_stop_command_packs_where_its_signals_are(void) {
                                                 .index_value = -300};
     const uint8_t expected[8] = {0x00, 0x70, 0xE1, 0xA2, 0x06, 0xC3, 0xD4, 0xFE};
     uint8_t frame[8];
-    TEST_ASSERT_EQUAL(8, tauperp_stop_command_pack(frame, &stop, sizeof(frame)));
+    tauperp_stop_command_pack(frame, &stop);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, frame, sizeof(frame));
 }
 
@@ -119,7 +114,7 @@ static void test_a_guard_index_packs_any_joint_by_one_layout(void) {
         const struct tauperp_guard_index_t index = {.joint = joint, .residual = -2, .index = 258, .threshold = 0xFEDC};
         const uint8_t expected[8] = {0x00, (uint8_t)(joint << 4), 0xFE, 0xFF, 0x02, 0x01, 0xDC, 0xFE};
         uint8_t frame[8];
-        TEST_ASSERT_EQUAL(8, tauperp_guard_index_pack(frame, &index, sizeof(frame)));
+        tauperp_guard_index_pack(frame, &index);
         TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, frame, sizeof(frame));
     }
 }

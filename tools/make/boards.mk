@@ -5,7 +5,7 @@ TARGETS := m3 m4f m7 r5f
 # small. Fixed point: what is saved by unrolling is little beside 64-bit products, and flash is short.
 OPT ?= -O2
 HOT := $(addprefix firmware/core/,motion.c bidiagonal.c subspace.c)
-ONCE := firmware/core/robot.c firmware/core/acceleration.c firmware/core/explained.c firmware/core/detector.c firmware/core/bank.c $(wildcard firmware/guard/*.c) firmware/wire/messages.c
+ONCE := firmware/core/robot.c firmware/core/acceleration.c firmware/core/explained.c firmware/core/detector.c firmware/core/bank.c $(wildcard firmware/guard/*.c) firmware/wire/generated/messages.c
 OPT_float = $(if $(filter $(HOT),$(1)),-O3,$(if $(filter $(ONCE),$(1)),-Os,$(OPT)))
 OPT_fixed = $(if $(filter firmware/core/% firmware/guard/%,$(1)),-Os,$(OPT))
 # $(call optimisation_of,FILE,NUMERIC,TARGET): the M3 has no floating point, so each product is a call there.

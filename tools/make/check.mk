@@ -1,5 +1,5 @@
 # The gates: what must hold of the checkout. tools/gates runs them to the end and counts.
-FORMATTED_C = $(filter-out firmware/wire/messages.% firmware/wire/protocol.% firmware/api/names.h firmware/robots/%,\
+FORMATTED_C = $(filter-out firmware/wire/generated/% firmware/api/names.h firmware/robots/%,\
     $(wildcard host/kernel/*.[ch] firmware/*/*.[ch] firmware/boards/*/*.[ch] firmware/hosts/*/*.[ch] firmware/examples/*/*.[ch] tests/*/*.[ch] tests/*/*/*.[ch] tools/*/*.[ch] tools/*/*.cpp))
 PYTHON_SOURCES = host $(wildcard tests tools/*/*.py) $(shell grep -lsE '^\#!.*python' tools/*)
 CLANG ?= clang

@@ -1,5 +1,5 @@
 # The firmware as a shared library for the host, and the declarations that cffi reads.
-ROOMS := core wire guard schedule robots
+ROOMS := core wire wire/generated guard schedule robots
 FIRMWARE_SOURCES = $(wildcard $(ROOMS:%=firmware/%/*.c))
 LIBRARY_SOURCES = $(FIRMWARE_SOURCES) $(wildcard firmware/robot_side/*.c firmware/hosts/library/*.c)
 LIBRARY_INCLUDES := -Ifirmware/hosts/library -Ifirmware/robot_side

@@ -30,13 +30,13 @@ $(eval $(call LINUX_RULES,sanitized,$(SANITIZE),$(BUILD)/sanitized))
 # What its tests and measurements drive it with: tests/bus/peer.c on a bus, tests/bus/soak*.c without one.
 $(BUILD)/object/linux-float/tests/bus/%.o: CFLAGS_ALL += -Ifirmware/hosts/linux
 PEER_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,tests/bus/peer.c firmware/hosts/linux/clock.c \
-    firmware/hosts/linux/histogram.c $(wildcard firmware/wire/*.c))
+    firmware/hosts/linux/histogram.c $(wildcard firmware/wire/*.c firmware/wire/generated/*.c))
 SOAK_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,$(wildcard tests/bus/soak*.c) \
     $(filter-out firmware/hosts/%,$(LINUX_SOURCES)))
 
 # The example of a robot's controller (firmware/robot_side).
 CONTROLLER_OBJECTS = $(patsubst %.c,$(BUILD)/object/linux-float/%.o,firmware/examples/controller/controller.c \
-    firmware/robot_side/robot_side.c $(wildcard firmware/wire/*.c))
+    firmware/robot_side/robot_side.c $(wildcard firmware/wire/*.c firmware/wire/generated/*.c))
 $(BUILD)/object/linux-float/firmware/examples/%.o $(BUILD)/object/linux-float/firmware/robot_side/%.o: CFLAGS_ALL += -Ifirmware/robot_side
 
 $(BUILD)/bus-peer: $(PEER_OBJECTS)

@@ -11,7 +11,7 @@
 #include "e2e.h"
 
 #define PROTOCOL_WIRE_VERSION 2u
-#define PROTOCOL_WIRE_CRC 0x7440EF59u /* CRC-32 of the DBC file */
+#define PROTOCOL_WIRE_CRC 0x34EEAEA0u /* CRC-32 of what the DBC means */
 
 typedef enum {
     PROTOCOL_KIND_NONE = 0,
