@@ -18,13 +18,16 @@ include tools/make/linux.mk
 include tools/make/check.mk
 include tools/make/boards.mk
 
-.PHONY: help demo figures campaign-figures clean
+.PHONY: help demo arms figures campaign-figures clean
 
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
 
 demo: library venv ## simulate both experiments of the paper against the firmware; results in out/demo
 	@$(VENV)/bin/tauperp demo
+
+arms: library venv ## both experiments on ten published arms (half an hour; a part of it is in `make test`)
+	@TAUPERP_ARMS=all $(VENV)/bin/python -m pytest -q tests/host/test_public_arms.py
 
 # Recordings of a real arm: beside the checkout, or where this variable says.
 TAUPERP_PANDA_TOUCHES ?= ../shared/data/panda_touches

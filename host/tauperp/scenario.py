@@ -19,184 +19,27 @@ Units are in the names. Phases follow each other; a payload is grasped or let go
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from tauperp.config import TASKS, Configuration, TaskName, load_configuration, preset_names
+from tauperp.config import TASKS, Configuration, load_configuration, preset_names
+from tauperp.config.configuration import is_blind
 from tauperp.errors import InputError
 from tauperp.robot import Robot
+from tauperp.run.tables import PhaseTable, PlantTable, PointTable, ScenarioTable, StepTable
 from tauperp.sim.arm import Payload
 from tauperp.sim.contact import Strike
 from tauperp.sim.control import ImpedanceGains
 from tauperp.sim.guiding import GuidingForce
 from tauperp.sim.motion import Recovery
-from tauperp.sim.sensors import FaultKind, SensorFault, SensorModel
+from tauperp.sim.reach import within_wire
+from tauperp.sim.rotor import with_rotors
+from tauperp.sim.sensors import SensorFault, SensorModel
 from tauperp.sim.trajectory import Limits
-from tauperp.toml import Table, read_toml, validate
+from tauperp.toml import read_toml, validate
 
 SCENARIOS = Path(__file__).resolve().parent / "scenarios"
-
-
-def _numbers(value: Any) -> Any:
-    """TOML's lists are what the models hold as tuples."""
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _not_zero(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    if not any(value):
-        raise ValueError("must have a length")
-    return value
-
-
-Vector3 = Annotated[tuple[float, float, float], BeforeValidator(_numbers)]
-Direction = Annotated[Vector3, AfterValidator(_not_zero)]
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-Share = Annotated[float, Field(ge=0, le=1)]
-
-
-class PayloadTable(Table):
-    mass_kg: Positive = Field(le=50)
-    com_m: Vector3 = (0.0, 0.0, 0.0)  # from the end-effector point, in the last link's axes
-    radius_m: Positive = 0.04  # of the solid ball whose inertia it has
-
-
-class StrikeTable(Table):
-    """A collision; see tauperp.sim.contact.Strike."""
-
-    step: int = Field(default=1, ge=1)
-    after_s: NotNegative = 0.0
-    link: int = Field(ge=1)
-    along: Share = 0.5
-    direction: Direction
-    frame: Literal["base", "link"] = "base"
-    part: Literal["hand", "forearm"] = "hand"
-    speed_m_s: Positive = Field(default=0.3, le=2)
-    push_n: Positive = Field(default=100.0, le=1000)
-    duration_s: Positive = Field(default=0.2, le=10)
-
-
-class GuideTable(Table):
-    """An intended force on the end-effector; see tauperp.sim.guiding.GuidingForce."""
-
-    step: int = Field(default=1, ge=1)
-    after_s: NotNegative = 0.0
-    force_n: Vector3
-    moment_nm: Vector3 = (0.0, 0.0, 0.0)
-    rise_s: Positive = 0.5
-    hold_s: NotNegative = 1.0
-
-
-class StepTable(Table):
-    """One thing to do: a move to a point, standing still, or yielding to a person's hand in impedance control."""
-
-    move: str | None = None
-    wait_s: Positive | None = None
-    yield_s: Positive | None = None
-
-    @model_validator(mode="after")
-    def _one_thing(self) -> "StepTable":
-        if sum(value is not None for value in (self.move, self.wait_s, self.yield_s)) != 1:
-            raise ValueError("must have exactly one of move, wait_s and yield_s")
-        return self
-
-
-class PhaseTable(Table):
-    name: str = ""
-    task: TaskName
-    payload: PayloadTable | None = None
-    do: list[StepTable] = Field(min_length=1)
-    strike: list[StrikeTable] = []
-    guide: list[GuideTable] = []
-
-
-class PointTable(Table):
-    """A place: of the end-effector relative to where it starts, its orientation kept, or all joints."""
-
-    offset_m: Vector3 | None = None
-    joints_rad: list[float] | None = None
-
-    @model_validator(mode="after")
-    def _one_way(self) -> "PointTable":
-        if (self.offset_m is None) == (self.joints_rad is None):
-            raise ValueError("must have either offset_m or joints_rad")
-        return self
-
-
-class SensorTable(Table):
-    """Errors of the joint sensors; see tauperp.sim.sensors.SensorModel."""
-
-    torque_noise_nm: NotNegative = 0.0
-    torque_offset_nm: NotNegative = 0.0
-    torque_gain_error: NotNegative = Field(default=0.0, lt=1)
-    torque_ripple_nm: NotNegative = 0.0
-    ripple_per_turn: int = Field(default=2, ge=1)
-    position_noise_rad: NotNegative = 0.0
-    velocity_noise_rad_s: NotNegative = 0.0
-    delay_cycles: int = Field(default=0, ge=0, le=100)
-
-
-class FaultTable(Table):
-    """Something that goes wrong with a sensor; see tauperp.sim.sensors.SensorFault."""
-
-    joint: int = Field(ge=1)
-    kind: FaultKind
-    start_s: NotNegative
-    end_s: Positive = 1e9
-    value: float = 0.0
-
-
-class PlantTable(Table):
-    """How the simulated arm differs from what everybody believes it to be."""
-
-    model_error: NotNegative = Field(default=0.0, le=0.5)  # each link's mass and inertia, evenly within plus and minus
-    substeps: int = Field(default=2, ge=1, le=100)  # of the physics in one cycle
-
-
-class LimitTable(Table):
-    """Of moves; see tauperp.sim.trajectory.Limits."""
-
-    speed_m_s: Positive = 0.5
-    acceleration_m_s2: Positive = 2.0
-    turn_rad_s: Positive = 1.0
-    joint_speed_rad_s: Positive = 0.8
-    joint_acceleration_rad_s2: Positive = 3.0
-
-
-class ImpedanceTable(Table):
-    """While it yields; see tauperp.sim.control.ImpedanceGains."""
-
-    stiffness_n_m: Positive = 500.0
-    stiffness_nm_rad: Positive = 50.0
-    damping_ratio: Positive = 1.0
-    posture_nm_rad: NotNegative = 20.0
-
-
-class RecoveryTable(Table):
-    """How it stops and comes back; see tauperp.sim.motion.Recovery."""
-
-    deceleration_rad_s2: Positive = 6.0
-    pause_s: NotNegative = 0.4
-    retreat_m: NotNegative = 0.05
-
-
-class ScenarioTable(Table):
-    robot: str = Field(default="ku_dex", min_length=1)
-    config: str = "default"
-    seed: int = Field(default=1, ge=0)
-    time_limit_s: Positive = 120.0
-    start_rad: list[float] | None = None
-    guard: dict[str, Any] = {}
-    point: dict[str, PointTable] = {}
-    phase: list[PhaseTable] = Field(min_length=1)
-    limits: LimitTable = LimitTable()
-    impedance: ImpedanceTable = ImpedanceTable()
-    recovery: RecoveryTable = RecoveryTable()
-    sensors: SensorTable = SensorTable()
-    plant: PlantTable = PlantTable()
-    fault: list[FaultTable] = []
 
 
 @dataclass(frozen=True)
@@ -230,6 +73,7 @@ class Scenario:
     faults: tuple[SensorFault, ...]
     model_error: float
     substeps: int
+    notes: tuple[str, ...] = ()  # what was assumed of the arm, or changed for it
 
 
 def shipped(name: str) -> Path:
@@ -244,13 +88,16 @@ def shipped(name: str) -> Path:
 def load_scenario(
     path: str | Path,
     *,
-    robot: str | Path | None = None,
+    robot: str | Path | Robot | None = None,
     seed: int | None = None,
     rate_hz: float | None = None,
     mass_kg: float | None = None,
+    last_link: bool = False,
 ) -> Scenario:
     """Read and check a scenario file; what is given here wins over what it says.
 
+    The scenario's robot is the one to simulate: its ranges are cut to what the wire carries, and rotor inertia that its
+    file does not give is estimated. `last_link`: a strike on a link that the arm does not have goes to its last one.
     `rate_hz` takes the frame format that belongs to it: classic CAN up to 500 Hz, CAN FD above. `mass_kg` scales all
     payloads so that the heaviest has it. Raises InputError: one line with the file and the key's place.
     """
@@ -265,11 +112,15 @@ def load_scenario(
         robot=robot if robot is not None else _beside(path, table.robot, ()),
         overrides=guard,
     )
-    arm = configuration.robot
-    _check(table, arm, configuration, source)
+    own = robot is None or configuration.robot.name == table.robot
+    if last_link:
+        table = _on_links(table, configuration.robot.n)
+    _check(table, configuration.robot, configuration, source)
+    arm, notes = _simulated(table.plant, configuration, own, source)
     heaviest = max((phase.payload.mass_kg for phase in table.phase if phase.payload), default=0.0)
     scale = 1.0 if mass_kg is None or heaviest == 0.0 else mass_kg / heaviest
-    start = table.start_rad if robot is None or arm.name == table.robot else None
+    start = table.start_rad if own else None
+    _check_postures(table, arm, start, source)
     return Scenario(
         source=source,
         robot=arm,
@@ -286,6 +137,7 @@ def load_scenario(
         faults=tuple(SensorFault(**one.model_dump()) for one in table.fault),
         model_error=table.plant.model_error,
         substeps=table.plant.substeps,
+        notes=notes,
     )
 
 
@@ -309,6 +161,41 @@ def _phase(table: PhaseTable, scale: float) -> Phase:
     return Phase(table.name, TASKS[table.task], payload, tuple(table.do), tuple(strikes), tuple(guides))
 
 
+def _on_links(table: ScenarioTable, n: int) -> ScenarioTable:
+    """With the strikes on links that the arm has."""
+    phases = []
+    for phase in table.phase:
+        strikes = [strike.model_copy(update={"link": min(strike.link, n)}) for strike in phase.strike]
+        phases.append(phase.model_copy(update={"strike": strikes}))
+    return table.model_copy(update={"phase": phases})
+
+
+def _simulated(
+    plant: PlantTable, configuration: Configuration, own: bool, source: str
+) -> tuple[Robot, tuple[str, ...]]:
+    """The arm to simulate, and what was assumed about it. `own`: the scenario is written for this arm."""
+    robot, given = configuration.robot, plant.reflected_kg_m2 if own else None
+    if given is not None and len(given) != robot.n:
+        raise InputError(f"{source}: plant: {len(given)} values of rotor inertia for {robot.n} joints")
+    try:
+        robot = within_wire(robot, configuration.wire)
+    except ValueError as error:
+        raise InputError(f"{source}: {error}") from error
+    robot, note = with_rotors(robot, given)
+    return robot, () if note is None else (note,)
+
+
+def _check_postures(table: ScenarioTable, robot: Robot, start: list[float] | None, source: str) -> None:
+    places = {f"point.{name}.joints_rad": point.joints_rad for name, point in table.point.items()}
+    for place, joints in {**places, "start_rad": start}.items():
+        for axis, (joint, value) in enumerate(zip(robot.joints, joints or (), strict=False)):
+            if not joint.position_min <= value <= joint.position_max:
+                raise InputError(
+                    f"{source}: {place}.{axis}: {value:g} rad is outside the range of {joint.name}"
+                    f" ({joint.position_min:.3f} to {joint.position_max:.3f} rad)"
+                )
+
+
 def _check(table: ScenarioTable, robot: Robot, configuration: Configuration, source: str) -> None:
     """What one table by itself cannot know."""
 
@@ -320,13 +207,17 @@ def _check(table: ScenarioTable, robot: Robot, configuration: Configuration, sou
             refuse(f"point.{name}.joints_rad", f"{len(point.joints_rad)} values for {robot.n} joints")
     if table.start_rad is not None and robot.name == table.robot and len(table.start_rad) != robot.n:
         refuse("start_rad", f"{len(table.start_rad)} values for {robot.n} joints")
-    for number, fault in enumerate(table.fault):
+    for at, fault in enumerate(table.fault):
         if fault.joint > robot.n:
-            refuse(f"fault.{number}.joint", f"{robot.name} has {robot.n} joints, not {fault.joint}")
+            refuse(f"fault.{at}.joint", f"{robot.name} has {robot.n} joints, not {fault.joint}")
     for number, phase in enumerate(table.phase):
         place = f"phase.{number}"
         if configuration.settings.task[phase.task].index == "off":
-            refuse(f"{place}.task", f"'{phase.task}' is off in {configuration.source} for {robot.name}")
+            off = f"'{phase.task}' is off in {configuration.source} for {robot.name}"
+            index = {"payload": "d_p", "contact": "d_e"}.get(phase.task, "r")
+            if is_blind(index, robot.n):
+                off += f": with {robot.n} joints {index} is zero for every force, so it would see nothing"
+            refuse(f"{place}.task", off)
         for step, one in enumerate(phase.do):
             if one.move is not None and one.move not in table.point:
                 known = ", ".join(table.point) or "none"
@@ -336,6 +227,6 @@ def _check(table: ScenarioTable, robot: Robot, configuration: Configuration, sou
         for visitor, at in steps.items():
             if at > len(phase.do):
                 refuse(f"{place}.{visitor}.step", f"the phase has {len(phase.do)} steps, not {at}")
-        for index, strike in enumerate(phase.strike):
+        for nth, strike in enumerate(phase.strike):
             if strike.link > robot.n:
-                refuse(f"{place}.strike.{index}.link", f"{robot.name} has {robot.n} links, not {strike.link}")
+                refuse(f"{place}.strike.{nth}.link", f"{robot.name} has {robot.n} links, not {strike.link}")

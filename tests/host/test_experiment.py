@@ -152,6 +152,37 @@ def test_a_sensors_fault_stops_the_robot_and_it_goes_on_when_it_is_over(tmp_path
     assert outcome.trace.tip_speed_m_s[stood].max() < 5e-3
 
 
+def test_what_met_a_stopped_arm_or_came_after_the_end_was_not_tested(tmp_path: Path) -> None:
+    strike = '[[phase.strike]]\nstep = 1\nafter_s = {}\nlink = {}\npart = "{}"\ndirection = [0.0, 0.6, -0.8]\n'
+    fault = '[[fault]]\njoint = 2\nkind = "status"\nvalue = 2.0\nstart_s = {}\nend_s = {}\n'
+    more = strike.format(0.2, 4, "forearm") + strike.format(0.35, 3, "hand")
+    more += fault.format(0.75, 0.78) + fault.format(60.0, 61.0)
+    path = tmp_path / "twice.toml"
+    path.write_text(SHORT.replace('wait_s = 0.3 }, { move = "A" }', "wait_s = 1.0 }") + more)
+    report = run_scenario(load_scenario(path)).report
+    assert [one["verdict"] for one in report["collisions"]] == ["detected", "not tested"]
+    assert report["collisions"][1]["why"] == "the arm was stopped already when the hand touched it"
+    assert [one["verdict"] for one in report["faults"]] == ["not tested", "not tested"]
+    assert report["faults"][1]["why"] == "the run ended before it"
+    assert (report["verdict"], report["passed"], report["false_stops"]) == ("incomplete", False, 0)
+    assert len(report["why"]) == 3
+
+
+def test_peaks_are_of_permitted_ticks_without_a_fault_and_the_permission_is_told(tmp_path: Path) -> None:
+    """An offset of 1.5 Nm stops nothing, and is no peak of an arm with which nothing was wrong."""
+    fault = '[[fault]]\njoint = 3\nkind = "{}"\nstart_s = 0.8\nend_s = 1.0\nvalue = {}\n'
+    report = run_scenario(short(tmp_path, fault.format("offset", 1.5))).report
+    assert report["peak_residual_free_nm"] < 0.3
+    assert report["faults"][0]["verdict"] == "no stop"
+    assert len(report["peak_residual_free_by_joint_nm"]) == 7
+    assert max(report["peak_residual_free_by_joint_nm"]) == report["peak_residual_free_nm"]
+    report = run_scenario(short(tmp_path, fault.format("status", 2.0))).report
+    (stop,) = report["stops"]
+    spans = report["permission"]
+    assert [spans[0]["until_s"], spans[1]["from_s"], spans[1]["until_s"]] == [
+        stop["time_s"], stop["permitted_again_s"], None]  # fmt: skip
+
+
 def test_the_task_switches_without_a_gap_and_without_a_stop(tmp_path: Path) -> None:
     more = '[[phase]]\ntask = "payload"\npayload = { mass_kg = 2.0, com_m = [0.0, 0.0, 0.05] }\n'
     more += 'do = [{ wait_s = 0.5 }]\n[[phase]]\ntask = "contact"\ndo = [{ yield_s = 0.5 }]\n'

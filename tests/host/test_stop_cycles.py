@@ -10,9 +10,10 @@ import pytest
 from reference import Reference
 
 from tauperp.config import NUMERICS, Numeric
-from tauperp.experiment import DETECTIONS, load_experiment, run_scenario
+from tauperp.experiment import load_experiment, run_scenario
 from tauperp.firmware import Guard
 from tauperp.robot import Joint
+from tauperp.run.judge import DETECTIONS
 from tauperp.scenario import Scenario
 from tauperp.wire import Receiver
 

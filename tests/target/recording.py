@@ -14,11 +14,12 @@ import numpy as np
 from emulator import BUILD
 
 from tauperp.config import TASKS, Configuration, Numeric, load_configuration
-from tauperp.experiment import DETECTIONS, load_experiment
+from tauperp.experiment import load_experiment
 from tauperp.files import build_dir, dbc_path, write_atomically
 from tauperp.firmware import Core, Guard, Reason, State, Verdict
 from tauperp.robot import Robot
 from tauperp.robot import shipped as robots
+from tauperp.run.judge import DETECTIONS
 from tauperp.scenario import shipped
 from tauperp.sim.lockstep import Lockstep
 from tauperp.sim.virtual import LockstepBus

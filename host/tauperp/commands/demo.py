@@ -2,10 +2,9 @@
 
 import argparse
 import json
-from pathlib import Path
 
-from tauperp.commands.experiment import write_results
 from tauperp.experiment import EXPERIMENTS, run_experiment
+from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 
 HELP = """Both experiments of the paper, simulated against the compiled firmware over a CAN bus. Writes JSON and figures
@@ -13,16 +12,17 @@ of each, and prints one table. Exit code 0 if every collision stopped the robot 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--out", default="out/demo", metavar="DIR", help="folder of results (out/demo)")
+    add_result_arguments(parser, "demo")
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
 
 
 def run(args: argparse.Namespace) -> int:
     outcomes = []
     for name in EXPERIMENTS:
+        results = Results(args)
         with shown_progress(name) as progress:
-            outcomes.append(run_experiment(name, progress=progress))
-        write_results(outcomes[-1], Path(args.out))
+            outcomes.append(run_experiment(name, progress=progress, watch=results.watch))
+        results.write(outcomes[-1], name)
     if args.json:
         print(json.dumps({one.report["experiment"]: one.report for one in outcomes}, indent=2))
     else:

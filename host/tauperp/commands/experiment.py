@@ -2,22 +2,21 @@
 
 import argparse
 import json
-from pathlib import Path
 
-from tauperp.experiment import EXPERIMENTS, Outcome, load_experiment, run_experiment
-from tauperp.files import write_atomically
+from tauperp.experiment import EXPERIMENTS, load_experiment, run_experiment
 from tauperp.playing import GUARD_HELP, add_playing_arguments, setup_of
+from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 
 HELP = f"""One of the paper's two experiments, simulated in MuJoCo against the compiled firmware over a CAN bus:
-handling payloads nobody told the guard about (Fig. 7), or hand guiding (Fig. 9), with collisions. Writes NAME.json and
-NAME.png. Exit code 0 if every collision stopped the robot, nothing else did, and the index stayed below 0.5 Nm
-otherwise. {GUARD_HELP}"""
+handling payloads nobody told the guard about (Fig. 7), or hand guiding (Fig. 9), with collisions. Another arm gets one
+that it can do, and its changes are listed. Writes NAME.json and NAME.png. Exit code 0 if every collision stopped the
+robot, nothing else did, and the index stayed below 0.5 Nm otherwise. {GUARD_HELP}"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", choices=EXPERIMENTS, help="which of the two")
-    parser.add_argument("--out", default="out/experiment", metavar="DIR", help="folder of results (out/experiment)")
+    add_result_arguments(parser, "experiment")
     parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of ku_dex")
     parser.add_argument("--seed", type=int, metavar="N", help="of sensors and model errors, instead of the scenario's")
     parser.add_argument("--rate", type=int, choices=(500, 1000), help="Hz: 500 on classic CAN, 1000 on CAN FD")
@@ -29,21 +28,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     scenario = load_experiment(args.name, robot=args.robot, seed=args.seed, rate_hz=args.rate, mass_kg=args.mass)
     setup = setup_of(args, fd=scenario.configuration.settings.wire.format == "fd")
+    results = Results(args)
     with shown_progress(args.name) as progress:
-        outcome = run_experiment(args.name, scenario, setup, progress=progress)
-    write_results(outcome, Path(args.out))
+        outcome = run_experiment(args.name, scenario, setup, progress=progress, watch=results.watch)
+    written = results.write(outcome, args.name)
     if args.json:
         print(json.dumps(outcome.report, indent=2))
     else:
-        print_outcomes([outcome], args.out)
+        print_outcomes([outcome], written)
     return 0 if outcome.passed else 1
-
-
-def write_results(outcome: Outcome, folder: Path) -> None:
-    """The experiment's JSON and figure, named after it."""
-    from tauperp.view.experiment_figure import experiment_figure  # matplotlib takes its time: not before it is needed
-
-    name = outcome.report["experiment"]
-    figure = experiment_figure(outcome)
-    write_atomically(folder / f"{name}.json", json.dumps(outcome.report, indent=2) + "\n")
-    write_atomically(folder / f"{name}.png", figure)

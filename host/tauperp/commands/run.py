@@ -8,12 +8,13 @@ from tauperp.experiment import run_scenario
 from tauperp.playing import GUARD_HELP, add_playing_arguments, setup_of
 from tauperp.replay.recorder import bus_recorder
 from tauperp.scenario import load_scenario, shipped
+from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 from tauperp.view.watching import add_watch_arguments, watching
 
 HELP = f"""Run a scenario, a TOML file or the name of a shipped one, against the compiled firmware: robot, task,
-payload, motion, contacts, sensor faults. Exit code 0 if every collision stopped the robot and nothing else but a
-sensor's fault did. {GUARD_HELP}"""
+payload, motion, contacts, sensor faults. Writes NAME.json and NAME.png. Exit code 0 if every collision and fault met a
+moving robot, every collision stopped it, and nothing else but a sensor's fault did. {GUARD_HELP}"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--record", metavar="FILE", help="new file for every frame: .blf, .asc, .log, whatever python-can writes"
     )
+    add_result_arguments(parser, "run")
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
     add_watch_arguments(parser)
     add_playing_arguments(parser)
@@ -33,14 +35,16 @@ def run(args: argparse.Namespace) -> int:
     scenario = load_scenario(path, robot=args.robot, seed=args.seed)
     fd = scenario.configuration.settings.wire.format == "fd"
     setup = setup_of(args, fd=fd)
+    results = Results(args)
     with (
-        watching(args) as watch,
+        watching(args, results.watch) as watch,
         bus_recorder(args.record, fd=fd) as listener,
         shown_progress(Path(path).stem) as progress,
     ):
         outcome = run_scenario(scenario, setup, listener=listener, progress=progress, watch=watch)
+    written = results.write(outcome, Path(path).stem)
     if args.json:
         print(json.dumps(outcome.report, indent=2))
     else:
-        print_outcomes([outcome], args.record)
+        print_outcomes([outcome], written)
     return 0 if outcome.passed else 1

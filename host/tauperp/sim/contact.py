@@ -74,12 +74,15 @@ class _State(Enum):
 
 @dataclass
 class ContactRecord:
-    """What came of a strike: first touch and last touch s (None: not yet), link touched (from 1), largest force N."""
+    """What came of a strike: first touch and last touch s (None: not yet), link touched (from 1), largest force N; when
+    the hand set off, and when it was called back before it had touched anything, s (None: was not)."""
 
     contact_s: float | None = None
     release_s: float | None = None
     link: int = 0
     peak_force_n: float = 0.0
+    sent_s: float | None = None
+    withdrawn_s: float | None = None
 
 
 class Hand:
@@ -145,11 +148,14 @@ class Hand:
         for geom, link in self._links.items():
             if mujoco.mj_geomDistance(model, data, geom, self._geom, 1.0, None) <= 0.0:
                 raise Obstructed(f"the {self.strike.part} would start inside link {link}; strike from elsewhere")
+        self.record.sent_s = time_s
         self._enter(_State.APPROACHING, time_s)
 
     def withdraw(self, time_s: float) -> None:
         """Leave, whether it has struck or not."""
         if self._state in (_State.APPROACHING, _State.PUSHING):
+            if self.record.contact_s is None:
+                self.record.withdrawn_s = time_s
             self._enter(_State.WITHDRAWING, time_s)
 
     def before_step(self, arm: Arm, time_s: float) -> None:

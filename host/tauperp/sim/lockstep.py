@@ -20,7 +20,9 @@ from tauperp.sim.motion import Job, Mode, Motion, Move, Wait, Yield
 from tauperp.sim.node import COLLISION, RobotNode
 from tauperp.sim.pace import Pace
 from tauperp.sim.posture import home
+from tauperp.sim.reach import wire_range
 from tauperp.sim.sensors import Sensors
+from tauperp.sim.stability import Stability
 from tauperp.sim.telling import Telling
 from tauperp.sim.trace import Contact, Stop, Trace, TraceRecorder
 from tauperp.sim.trajectory import Planner, Unreachable
@@ -28,6 +30,7 @@ from tauperp.sim.trajectory import Planner, Unreachable
 LAST_LOOK_S = 0.5  # simulated after the last step is done
 COMING_TO_REST_S = 2.0  # simulated at most after a guard has been given up
 AT_REST_S = 0.1  # and after the robot has stopped then
+BEYOND_S = 1.0  # a joint may be beyond the wire's range before the run is given up
 REACTION_S = 0.15  # until a person whose hand has stopped a robot takes it away
 
 Progress = Callable[[float, str], None]  # share of the steps done, 0 to 1, and the phase's name
@@ -85,6 +88,9 @@ class Lockstep:
         )
         self._arm.reset(start)
         self._node.start(scenario.faults)
+        self._stability = Stability(self._arm)
+        self._wire = wire_range(scenario.configuration.wire)
+        self._beyond_since: float | None = None  # a joint has been where the wire does not reach
         self._job = -1
         self._stood_since = 0.0
         self._started = False  # the robot has had its first permission
@@ -156,6 +162,36 @@ class Lockstep:
             self._node.end_cycle(cycle, self._pace.answer_timeout_s)
         except Unreachable as error:
             raise InputError(f"{self._scenario.source}: {self._place()}: {error}") from error
+        self._check_physics(cycle * self._period)
+
+    def _check_physics(self, time_s: float) -> None:
+        """Raises InputError for a simulation that is none any more."""
+        alone = self._motion.mode is not Mode.BRAKED and not any(hand.force_n for hand in self._hands)
+        wrong = self._stability.look(self._node.sample.velocity, alone=alone)
+        if wrong is None:
+            return
+        rotors = ", ".join(f"{joint.rotor_inertia:.2g}" for joint in self._scenario.robot.joints)
+        raise InputError(
+            f"{self._scenario.source}: the simulation of {self._scenario.robot.name} is unstable at {time_s:.3f} s:"
+            f" {wrong}; this is no verdict on the guard. Give larger rotor inertia (plant.rotor_inertia_kg_m2, now"
+            f" {rotors}), more plant.substeps or softer [impedance]"
+        )
+
+    def _beyond_wire(self, time_s: float) -> str | None:
+        """Why the run cannot go on: a joint stays where the wire cannot say it."""
+        position = np.abs(self._node.sample.position)
+        if (position <= self._wire.position).all():
+            self._beyond_since = None
+            return None
+        self._beyond_since = time_s if self._beyond_since is None else self._beyond_since
+        if time_s < self._beyond_since + BEYOND_S:
+            return None
+        joint = int(np.argmax(position))
+        name, value = self._scenario.robot.joints[joint].name, self._node.sample.position[joint]
+        return (
+            f"{name} (joint {joint + 1}) stands at {value:.3f} rad, beyond the {self._wire.position:.3f} rad that the"
+            " wire carries: no guard can permit that"
+        )
 
     def _given_up(self, cycle: int) -> bool:
         """Whether the guard is, and the robot with it deaf. Raises InputError if it has never been there."""
@@ -177,6 +213,7 @@ class Lockstep:
                 reason += ", only StopCommands of other cycles or counters: it is late, started anew or is not alone"
         if self._guard.remote and node.has_company:
             reason = "two guards answer: StopCommands come with two counters"
+        reason = reason or self._beyond_wire(cycle * self._period)
         if reason is None:
             return False
         node.deaf = True
@@ -223,7 +260,7 @@ class Lockstep:
         speed = float(np.linalg.norm(self._arm.tip_velocity()))
         phase = self._steps[max(self._job, 0)][0]
         fresh = node.telling.fresh if self._guard.remote and self._guard.verdict is None else None
-        recorder.row(time_s, node.task, phase, node.permitted, forces, speed, indexes, fresh)
+        recorder.row(time_s, node.task, phase, node.permitted, forces, speed, indexes, fresh, node.unusable)
         if was_permitted and not node.permitted:
             recorder.stops.append(_stop(node, time_s))
         elif recorder.stops and recorder.stops[-1].standstill_s is None and self._motion.standing:

@@ -44,6 +44,9 @@ class RobotNode:
         self.task = 1  # as on the wire
         self.stop_command: dict[str, float] | None = None  # that decided the last cycle
         self.permitted = False
+        self.unusable = np.zeros(
+            arm.n, bool
+        )  # readings of this cycle that are frozen, out of range, broken or not sent
         self.sample = JointSample(*(np.zeros(arm.n) for _ in range(3)))
         n = arm.n
         self.telling = Telling(n)  # of GuardIndex and GuardStatus, if they are to be heard
@@ -77,6 +80,9 @@ class RobotNode:
         self._send("TaskCommand", {"Task": self.task, "AccelX": x, "AccelY": y, "AccelZ": z}, cycle)
         readings = self._sensors.read(self.sample, time_s)
         faults = [fault for fault in self._faults if fault.active(time_s)]
+        self.unusable = np.zeros(self.arm.n, bool)
+        for fault in faults:
+            self.unusable[fault.joint - 1] |= fault.kind in ("stuck", "status", "silent", "crc")
         for joint, name in enumerate(self._messages):
             frame = self._joint_frame(name, readings, joint, cycle, faults)
             if frame is not None:
@@ -115,6 +121,7 @@ class RobotNode:
         try:
             frame = self._sender.frame(name, signals, cycle=cycle, timestamp=self._time_s)
         except InputError:  # a reading that the wire cannot carry: say so instead of clamping it
+            self.unusable[joint] = True
             blank = {"SensorStatus": NOT_AVAILABLE, "Position": 0.0, "Velocity": 0.0, "Torque": 0.0}
             frame = self._sender.frame(name, blank, cycle=cycle, timestamp=self._time_s)
         if broken:

@@ -20,18 +20,23 @@ CLEAR_M = 0.15  # of the tip above the base
 
 def home(robot: Robot, dynamics: Dynamics) -> NDArray[np.float64]:
     """Joints (n,) rad: of a shipped robot its own, else the best conditioned of some random ones in mid-range."""
-    known = HOMES.get(robot.name)
-    if known is not None and len(known) == robot.n:
-        return np.array(known)
+    return postures(robot, dynamics)[0]
+
+
+def postures(robot: Robot, dynamics: Dynamics, count: int = 12) -> list[NDArray[np.float64]]:
+    """Up to `count` postures (n,) rad to begin in, the best first: `home`, then other random ones in mid-range."""
     low = np.array([joint.position_min for joint in robot.joints])
     high = np.array([joint.position_max for joint in robot.joints])
     middle, half = (low + high) / 2, np.minimum((high - low) / 2, np.pi / 2)
     rng = np.random.default_rng(SEED)
-    best, score = middle, -1.0
     up = -robot.gravity / np.linalg.norm(robot.gravity)
+    found: list[tuple[float, NDArray[np.float64]]] = []
     for _ in range(TRIES):
         joints = middle + 0.8 * half * rng.uniform(-1, 1, robot.n)
         smallest = float(np.linalg.svd(dynamics.jacobian(joints), compute_uv=False)[-1])
-        if smallest > score and dynamics.tip(joints)[0] @ up > CLEAR_M:
-            best, score = joints, smallest
-    return best
+        if dynamics.tip(joints)[0] @ up > CLEAR_M:
+            found.append((smallest, joints))
+    found.sort(key=lambda one: -one[0])
+    best = [joints for _, joints in found[:count]] or [middle]
+    known = HOMES.get(robot.name)
+    return [np.array(known), *best] if known is not None and len(known) == robot.n else best

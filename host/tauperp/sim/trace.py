@@ -1,11 +1,13 @@
 """What happened in a run, cycle by cycle and event by event."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tauperp.sim.contact import ContactRecord, Strike
+from tauperp.sim.sensors import SensorFault
 
 Vector = NDArray[np.float64]
 
@@ -53,6 +55,7 @@ class Trace:
     contacts: tuple[Contact, ...]
     finished: bool  # every phase was done before the time limit
     ended: str | None = None  # why the run was given up, in words
+    unusable: NDArray[np.bool_] | None = None  # (N, n) readings that the robot's side knows to be wrong or did not send
 
     def under_way(self, settle_s: float) -> NDArray[np.bool_]:
         """(N,) whether a collision is under way: from its first touch until `settle_s` after its last."""
@@ -68,6 +71,13 @@ class Trace:
         rows = ~self.under_way(settle_s)
         return rows[:, None] & rows[self.told]
 
+    def quiet(self, settle_s: float, faults: Sequence[SensorFault] = ()) -> NDArray[np.bool_]:
+        """(N, n) free, with motion permitted until then, and no sensor fault on, or over for less than `settle_s`."""
+        rows = self.permitted | np.concatenate([[False], self.permitted[:-1]])
+        for fault in faults:
+            rows &= (self.time_s < fault.start_s) | (self.time_s > fault.end_s + settle_s)
+        return self.free(settle_s) & rows[:, None] & rows[self.told]
+
 
 @dataclass
 class TraceRecorder:
@@ -78,6 +88,7 @@ class TraceRecorder:
     _residual: list[Vector] = field(default_factory=list)
     _index: list[Vector] = field(default_factory=list)
     _fresh: list[NDArray[np.bool_] | None] = field(default_factory=list)
+    _unusable: list[NDArray[np.bool_] | None] = field(default_factory=list)
 
     def row(
         self,
@@ -89,15 +100,18 @@ class TraceRecorder:
         tip_speed_m_s: float,
         indexes: tuple[Vector, Vector],
         fresh: NDArray[np.bool_] | None = None,
+        unusable: NDArray[np.bool_] | None = None,
     ) -> None:
         """One cycle: `forces_n` of contact and guiding, `indexes` the residual and the index in force, (n,) each.
 
-        `fresh` (n,): which of the indexes are new; by default all.
+        `fresh` (n,): which of the indexes are new; by default all. `unusable` (n,): readings that cannot be used; by
+        default none.
         """
         self._rows.append((time_s, task, phase, permitted, *forces_n, tip_speed_m_s))
         self._residual.append(indexes[0].copy())
         self._index.append(indexes[1].copy())
         self._fresh.append(fresh)
+        self._unusable.append(unusable)
 
     def trace(
         self, thresholds: dict[int, Vector], contacts: tuple[Contact, ...], finished: bool, ended: str | None = None
@@ -106,6 +120,7 @@ class TraceRecorder:
         time, task, phase, permitted, contact, guiding, speed = (
             np.array(column) for column in zip(*self._rows, strict=True)
         )
+        none = np.zeros(len(self._index[0]), bool)
         return Trace(
             time_s=time,
             residual_nm=np.array(self._residual),
@@ -122,6 +137,7 @@ class TraceRecorder:
             contacts=contacts,
             finished=finished,
             ended=ended,
+            unusable=np.array([none if one is None else one for one in self._unusable]),
         )
 
     def _told(self) -> NDArray[np.int64]:

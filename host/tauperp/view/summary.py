@@ -11,8 +11,10 @@ from rich.table import Table
 
 from tauperp.experiment import Outcome
 from tauperp.provenance import provenance_line
+from tauperp.run.judge import NOT_TESTED
 from tauperp.sim.lockstep import Progress as Report
 
+_CAUSES = {"collision": "a collision", "fault": "a fault", "guard": "the guard was gone", "none": "a false stop"}
 PLAIN_WIDTH = 110  # where the output is no terminal
 TABLE_WIDTH = 80
 
@@ -85,27 +87,33 @@ def _name(report: dict[str, Any]) -> str:
 
 
 def _row(collision: dict[str, Any]) -> tuple[str, ...]:
-    if collision["contact_s"] is None:
-        return f"link {collision['link']}", "", "never", "", "", "[red]no contact[/red]"
     where = f"link {collision['link']}, {collision['part']}"
+    if collision["contact_s"] is None:
+        return where, "", "never", "", "", "[yellow]not tested[/yellow]"
     force, contact = (f"{collision['peak_force_n']:.0f} N", f"{collision['contact_s']:.3f} s")
     if not collision["detected"]:
-        return where, force, contact, "", "", "[red]missed[/red]"
+        colour = "yellow" if collision["verdict"] == NOT_TESTED else "red"
+        return where, force, contact, "", "", f"[{colour}]{collision['verdict']}[/{colour}]"
     stop, latency = f"{collision['stop_s']:.3f} s", f"{collision['latency_ms']:.1f} ms"
-    return where, force, contact, stop, latency, f"joint {collision['joint']}"
+    return where, force, contact, stop, latency, found_by(collision)
+
+
+def found_by(collision: dict[str, Any]) -> str:
+    """The joint whose index found it, or the reason where no joint did."""
+    return f"joint {collision['joint']}" if collision["joint"] else str(collision["reason"])
 
 
 def _lines(report: dict[str, Any]) -> Iterator[str]:
     name, alone, hashes = _name(report), report["residual_alone"], report["hashes"]
-    verdict = "[green]passed[/green]" if report["passed"] else "[red]failed[/red]"
-    late = "" if report["finished"] or report["ended"] else "; the time limit came before the end"
+    colour = {"passed": "green", "failed": "red", "incomplete": "yellow"}[report["verdict"]]
     yield ""
     yield (
-        f"[bold]{name}[/bold] {verdict}: {report['false_stops']} false stops{late}; without a collision the index "
-        f"stayed below {report['peak_index_free_nm']:.2f} Nm, r reached {report['peak_residual_free_nm']:.2f} Nm"
+        f"[bold]{name}[/bold] [{colour}]{report['verdict']}[/{colour}]: {report['false_stops']} false stops; without a "
+        f"collision the index stayed below {report['peak_index_free_nm']:.2f} Nm, r reached "
+        f"{report['peak_residual_free_nm']:.2f} Nm"
     )
-    if report["ended"]:
-        yield f"  [red]ended[/red] at {report['ended']}; the robot stopped by itself"
+    for reason in report["why"]:
+        yield f"  [{colour}]{reason}[/{colour}]" + ("; the robot stopped by itself" if report["ended"] else "")
     limit = report["threshold_nm"]
     if alone["false_stops"]:
         yield (
@@ -114,10 +122,19 @@ def _lines(report: dict[str, Any]) -> Iterator[str]:
         )
     else:
         yield f"  the same threshold of {limit} Nm on r alone would not have stopped the robot without a collision"
+    for fault in report["faults"]:
+        done = (
+            f"stopped after {fault['latency_ms']:.0f} ms by {fault['reason']}" if fault["stop_s"] else fault["verdict"]
+        )
+        yield f"  fault '{fault['kind']}' of joint {fault['joint']} at {fault['start_s']:.3f} s: {done}"
     for stop in report["stops"]:
-        if stop["cause"] not in ("collision", "guard"):
-            kind = "false stop" if stop["cause"] == "none" else "stop by a fault"
-            yield f"  [red]{kind}[/red] at {stop['time_s']:.3f} s: {stop['reason']}, joint {stop['joint']}"
+        again = stop["permitted_again_s"]
+        back = "did not come back" if again is None else f"came back at {again:.3f} s"
+        joint = f", joint {stop['joint']}" if stop["joint"] else ""
+        why = f"{stop['reason']}{joint}; {_CAUSES[stop['cause']]}"
+        yield f"  permission ended at {stop['time_s']:.3f} s ({why}) and {back}"
+    for line in report["assumed"]:
+        yield f"  assumed: {line}"
     if "real_time" in report:
         yield f"  {_real_time(report['real_time'])}"
     if report["guard"]["whose"] == "bus":

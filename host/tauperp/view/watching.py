@@ -15,13 +15,13 @@ def add_watch_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 @contextlib.contextmanager
-def watching(args: argparse.Namespace) -> Iterator[Watch | None]:
-    """What the arguments ask for, as one watch; None if they ask for nothing.
+def watching(args: argparse.Namespace, also: Watch | None = None) -> Iterator[Watch | None]:
+    """What the arguments ask for, and `also`, as one watch; None if there is nothing to do.
 
     Raises InputError for a missing display or extra, before anything has run.
     """
     with contextlib.ExitStack() as stack:
-        watches: list[Watch] = []
+        watches: list[Watch] = [] if also is None else [also]
         if args.view:
             from tauperp.view.window import window
 

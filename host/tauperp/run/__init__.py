@@ -1,0 +1,1 @@
+"""A scenario's run: fitted to the arm, judged, and told."""

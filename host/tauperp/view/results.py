@@ -1,0 +1,49 @@
+"""What a run leaves in its folder: NAME.json, NAME.png and, if it is asked for, NAME.html."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tauperp.experiment import Outcome
+from tauperp.files import write_atomically
+from tauperp.sim.moment import Watch
+
+if TYPE_CHECKING:
+    from tauperp.view.film import Camera
+
+
+def add_result_arguments(parser: argparse.ArgumentParser, command: str) -> None:
+    parser.add_argument("--out", default=f"out/{command}", metavar="DIR", help=f"folder of results (out/{command})")
+    parser.add_argument("--report", action="store_true", help="also NAME.html: all in one page, with a film")
+
+
+class Results:
+    """Of one run. `watch` is to see every cycle of it, where that is needed."""
+
+    def __init__(self, args: argparse.Namespace) -> None:
+        self._folder = Path(args.out)
+        self._camera: Camera | None = None
+        if args.report:
+            from tauperp.view import film  # needs the drawing library: not before it is asked for
+
+            film.choose_driver()
+            self._camera = film.Camera()
+
+    @property
+    def watch(self) -> Watch | None:
+        return None if self._camera is None else self._camera.watch
+
+    def write(self, outcome: Outcome, name: str) -> str:
+        """Everything, under this name; returns what was written, for people."""
+        from tauperp.view.experiment_figure import run_figure  # matplotlib takes its time: not before it is needed
+
+        write_atomically(self._folder / f"{name}.json", json.dumps(outcome.report, indent=2) + "\n")
+        write_atomically(self._folder / f"{name}.png", run_figure(outcome))
+        kinds = "json,png"
+        if self._camera is not None:
+            from tauperp.view.run_page import run_page
+
+            write_atomically(self._folder / f"{name}.html", run_page(outcome, self._camera))
+            kinds += ",html"
+        return f"{self._folder / name}.{{{kinds}}}"
