@@ -50,6 +50,16 @@ class OwnFrames:
         return True
 
 
+def refuse_bit_rates(namespace: argparse.Namespace) -> None:
+    """A bit rate that would have no effect is an error: the system sets that of a SocketCAN interface."""
+    if getattr(namespace, "interface", None) != SOCKETCAN:
+        return
+    for name in ("bitrate", "data_bitrate", "timing"):
+        if getattr(namespace, name, None) is not None:
+            option = name.replace("_", "-")
+            raise InputError(f"--{option} has no effect on {SOCKETCAN}: set it with ip link (type can bitrate ...)")
+
+
 def open_bus(namespace: argparse.Namespace | None = None, **options: Any) -> can.BusABC:
     """Open the bus that parsed arguments name; without any, python-can's virtual bus of this process.
 

@@ -1,7 +1,7 @@
 """Running a scenario against the compiled firmware: the paper's two experiments and any other."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -72,12 +72,15 @@ def load_experiment(
     seed: int | None = None,
     rate_hz: float | None = None,
     mass_kg: float | None = None,
+    chain: Mapping[str, Any] | None = None,
 ) -> Scenario:
     """One of EXPERIMENTS, as load_scenario; for another arm than the paper's it is fitted to that arm.
 
     Raises InputError also for an experiment that the arm cannot do.
     """
-    scenario = load_scenario(shipped(name), robot=robot, seed=seed, rate_hz=rate_hz, mass_kg=mass_kg, last_link=True)
+    scenario = load_scenario(
+        shipped(name), robot=robot, seed=seed, rate_hz=rate_hz, mass_kg=mass_kg, last_link=True, chain=chain
+    )
     return scenario if robot is None else fitted(scenario)
 
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 import can
 
-from tauperp.bus import DEFAULT_INTERFACE, add_bus_arguments, open_bus
+from tauperp.bus import DEFAULT_INTERFACE, add_bus_arguments, open_bus, refuse_bit_rates
 from tauperp.errors import InputError
 from tauperp.experiment import Setup
 from tauperp.sim.pace import Patience
@@ -58,7 +58,8 @@ def add_playing_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def setup_of(args: argparse.Namespace, *, fd: bool) -> Setup:
-    """What the arguments ask for. Raises InputError for a guard on a bus that is not named."""
+    """What the arguments ask for. Raises InputError for a bus that is not named, or an option without effect."""
+    refuse_bit_rates(args)
     named = bool({"interface", "channel"} & {name for name, value in vars(args).items() if value is not None})
     virtual = getattr(args, "interface", None) == DEFAULT_INTERFACE
     guard: Literal["library", "bus"] = args.guard or ("bus" if named and not virtual else "library")

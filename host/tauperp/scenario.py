@@ -17,6 +17,7 @@
 Units are in the names. Phases follow each other; a payload is grasped or let go where a phase begins.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -93,13 +94,15 @@ def load_scenario(
     rate_hz: float | None = None,
     mass_kg: float | None = None,
     last_link: bool = False,
+    chain: Mapping[str, Any] | None = None,
 ) -> Scenario:
     """Read and check a scenario file; what is given here wins over what it says.
 
     The scenario's robot is the one to simulate: its ranges are cut to what the wire carries, and rotor inertia that its
     file does not give is estimated. `last_link`: a strike on a link that the arm does not have goes to its last one.
     `rate_hz` takes the frame format that belongs to it: classic CAN up to 500 Hz, CAN FD above. `mass_kg` scales all
-    payloads so that the heaviest has it. Raises InputError: one line with the file and the key's place.
+    payloads so that the heaviest has it. `chain` says which part of the robot's file is the arm, as for
+    load_configuration. Raises InputError: one line with the file and the key's place.
     """
     path = Path(path)
     table = validate(ScenarioTable, read_toml(path), path)
@@ -111,6 +114,7 @@ def load_scenario(
         _beside(path, table.config, preset_names()),
         robot=robot if robot is not None else _beside(path, table.robot, ()),
         overrides=guard,
+        chain=chain,
     )
     own = robot is None or configuration.robot.name == table.robot
     if last_link:

@@ -341,7 +341,7 @@ REFUSED = {
         "robot.xml: Error: inertia must satisfy A + B >= C; use 'balanceinertia' to fix Element name 'b'",
     ),
     "negative mass": (arm(link=urdf_link("upper", -1.0)), {}, "link 'upper': mass -1 kg is not positive"),
-    "no mass": (arm(link=urdf_link("upper", 0.0, None, np.eye(3))), {}, "link 'upper': inertia without mass"),
+    "no mass": (arm(link=urdf_link("upper", 0.0, None, np.eye(3))), {}, "moves link 'upper', which has no mass"),
     "half an inertial": (
         arm(link='<link name="upper"><inertial><mass value="1"/></inertial></link>'),
         {},

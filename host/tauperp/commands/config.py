@@ -7,6 +7,7 @@ from typing import Any
 from tauperp.config import NUMERICS, TASKS, Configuration, Numeric, load_configuration
 from tauperp.files import write_atomically
 from tauperp.firmware import reaction_us
+from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 
 REACTION_WARNING_MS = 200
 
@@ -17,7 +18,7 @@ thresholds, gains, timing and stop categories, with a CRC-32. Without -o it only
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="TOML file, or the name of a shipped preset")
     parser.add_argument("-o", "--output", metavar="OUT", help="write the block to this file; as C if it ends in .c")
-    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the file's")
+    add_robot_arguments(parser, "the file's")
     parser.add_argument(
         "--numeric", choices=list(NUMERICS), default="float32", help="number type of the firmware (default: float32)"
     )
@@ -25,7 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    configuration = load_configuration(args.file, robot=args.robot)
+    configuration = load_configuration(args.file, robot=args.robot, chain=chain_of(args))
+    say_warnings(configuration.robot)
     block = configuration.block(args.numeric)
     if args.output:
         write_atomically(args.output, _c_source(configuration, block) if args.output.endswith(".c") else block)

@@ -5,6 +5,7 @@ import json
 
 from tauperp.experiment import EXPERIMENTS, load_experiment, run_experiment
 from tauperp.playing import GUARD_HELP, add_playing_arguments, setup_of
+from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 
@@ -17,7 +18,7 @@ robot, nothing else did, and the index stayed below 0.5 Nm otherwise. {GUARD_HEL
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", choices=EXPERIMENTS, help="which of the two")
     add_result_arguments(parser, "experiment")
-    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of ku_dex")
+    add_robot_arguments(parser, "ku_dex")
     parser.add_argument("--seed", type=int, metavar="N", help="of sensors and model errors, instead of the scenario's")
     parser.add_argument("--rate", type=int, choices=(500, 1000), help="Hz: 500 on classic CAN, 1000 on CAN FD")
     parser.add_argument("--mass", type=float, metavar="KG", help="of the heaviest payload; the others scale with it")
@@ -26,7 +27,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    scenario = load_experiment(args.name, robot=args.robot, seed=args.seed, rate_hz=args.rate, mass_kg=args.mass)
+    scenario = load_experiment(
+        args.name, robot=args.robot, seed=args.seed, rate_hz=args.rate, mass_kg=args.mass, chain=chain_of(args)
+    )
+    say_warnings(scenario.robot)
     setup = setup_of(args, fd=scenario.configuration.settings.wire.format == "fd")
     results = Results(args)
     with shown_progress(args.name) as progress:

@@ -9,11 +9,12 @@ from typing import NoReturn
 
 import can
 
-from tauperp.bus import OwnFrames, add_bus_arguments, open_bus
+from tauperp.bus import OwnFrames, add_bus_arguments, open_bus, refuse_bit_rates
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.files import build_dir, how_to_build
 from tauperp.firmware import Guard, Reason, Schedule, Start, Variant, Verdict
+from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 
 HELP = """Be the guard on a CAN bus. On SocketCAN this is the native process (build/tauperp-guard); on any other
 interface of python-can it is the firmware's library, by the clock and as fast as Python is. Ends with a last
@@ -24,7 +25,7 @@ NATIVE = "socketcan"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("config", metavar="CONFIG", nargs="?", default="default", help="TOML file or shipped preset")
-    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of the configuration's")
+    add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--lockstep", action="store_true", help="guard time is bus time (for simulated robots)")
     parser.add_argument("--priority", metavar="N", help="SCHED_FIFO priority, 0 for none (SocketCAN only)")
     parser.add_argument("--verbose", action="store_true", help="also a line of counters a second (SocketCAN only)")
@@ -33,7 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    configuration = load_configuration(args.config, robot=args.robot)
+    refuse_bit_rates(args)
+    configuration = load_configuration(args.config, robot=args.robot, chain=chain_of(args))
+    say_warnings(configuration.robot)
     if getattr(args, "interface", None) == NATIVE:
         _become_native(args, configuration)
     for option in ("priority", "verbose"):

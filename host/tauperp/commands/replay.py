@@ -8,6 +8,7 @@ from tauperp.cli import BAD_INPUT
 from tauperp.commands import score
 from tauperp.errors import InputError
 from tauperp.replay import log_report
+from tauperp.robot.options import add_robot_arguments, chain_of
 from tauperp.view.watching import add_watch_arguments, watching
 
 HELP = """LOG: push a bus log through the firmware's guard and compare what it sends with the guard's frames in the
@@ -19,7 +20,7 @@ _OF_RECORDINGS = ("map", "task", "offsets", "bridge", "out")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", nargs="?", metavar="LOG", help="bus log: .blf, .asc, .log, whatever python-can reads")
     parser.add_argument("--csv", nargs="+", metavar="FILE", help="recordings: .csv, .csv.gz, .npz, .parquet, .mcap")
-    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the configuration's")
+    add_robot_arguments(parser, "the configuration's")
     parser.add_argument(
         "--config", metavar="FILE", help="TOML file or preset (default: the log's or replay_NAME if shipped)"
     )
@@ -53,7 +54,12 @@ def _refuse_foreign_options(args: argparse.Namespace) -> None:
 def _replay_log(args: argparse.Namespace) -> int:
     with watching(args) as watch:
         replay = log_report.replay_log(
-            args.log, config=args.config, robot=args.robot, scenario=args.scenario, watch=watch
+            args.log,
+            config=args.config,
+            robot=args.robot,
+            scenario=args.scenario,
+            chain=chain_of(args),
+            watch=watch,
         )
     if args.json:
         print(json.dumps(log_report.report(replay), indent=2))

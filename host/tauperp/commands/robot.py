@@ -11,20 +11,19 @@ from tauperp.robot import load, shipped
 from tauperp.robot.check import QUANTITIES, Comparison, check
 from tauperp.robot.emit import c_source, identifier
 from tauperp.robot.model import Robot
+from tauperp.robot.options import add_chain_arguments, chain_of
 
 HELP = f"""Make the firmware's table of a robot from a URDF or MJCF file, and check it: momentum, C^T qd, gravity torque
 and Jacobian against Pinocchio, and against Pinocchio's (URDF) or MuJoCo's (MJCF) own reading of the file. Joints off
 the chain are locked and their links merged. Shipped robots: {", ".join(shipped())}."""
 
+_DEFAULT = "*"  # behind a limit that the file does not have
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="URDF or MJCF file, or a shipped robot's name")
     parser.add_argument("--name", metavar="N", help="name of the robot (default: the file's)")
-    parser.add_argument("--base", metavar="LINK", help="where the chain starts (default: the root)")
-    parser.add_argument("--tip", metavar="LINK", help="where it ends; needed if the robot branches")
-    parser.add_argument(
-        "--tool", nargs=3, type=float, metavar=("X", "Y", "Z"), help="end-effector point in the tip's frame, m"
-    )
+    add_chain_arguments(parser)
     parser.add_argument(
         "--base-rpy",
         nargs=3,
@@ -37,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    robot = load(args.file, base=args.base, tip=args.tip, tool=args.tool, base_rpy=args.base_rpy)
+    robot = load(args.file, base_rpy=args.base_rpy, **chain_of(args))
     robot = replace(robot, name=identifier(args.name or robot.name))
     comparisons = check(robot)
     good = all(comparison.good for comparison in comparisons)
@@ -58,6 +57,7 @@ def _summary(robot: Robot, comparisons: list[Comparison]) -> dict[str, Any]:
         "reach_m": robot.reach,
         "gravity_m_s2": robot.gravity.tolist(),
         "tip_m": robot.tip.tolist(),
+        "warnings": list(robot.warnings),
         "joints": [
             {
                 "name": joint.name,
@@ -65,6 +65,7 @@ def _summary(robot: Robot, comparisons: list[Comparison]) -> dict[str, Any]:
                 "position_rad": [joint.position_min, joint.position_max],
                 "velocity_rad_s": joint.velocity_max,
                 "torque_nm": joint.torque_max,
+                "defaults": sorted(joint.defaults),
                 "mass_kg": joint.mass,
             }
             for joint in robot.joints
@@ -89,15 +90,19 @@ def _table(robot: Robot, comparisons: list[Comparison]) -> str:
         f"{robot.name}: {robot.n} joints, {robot.mass:.2f} kg moving, {robot.reach:.3f} m from joint 2 to the tip, "
         f"gravity ({gravity}) m/s2 in the base frame",
         robot.note,
-        f"{'joint':<{width}}{'axis':<20}{'position rad':<18}{'rad/s':>6}{'Nm':>7}{'kg':>7}",
+        f"{'joint':<{width}}{'axis':<20}{'position rad':<18}{'rad/s':>7}{'Nm':>8}{'kg':>7}",
     ]
     for joint in robot.joints:
         axis = " ".join(f"{value + 0.0:.3g}" for value in joint.axis.round(6))
-        position = f"{joint.position_min:.3f}..{joint.position_max:.3f}"
+        mark = {what: _DEFAULT if what in joint.defaults else " " for what in ("position", "velocity", "torque")}
+        position = f"{joint.position_min:.3f}..{joint.position_max:.3f}{mark['position']}"
         lines.append(
-            f"{joint.name:<{width}}{axis:<20}{position:<18}"
-            f"{joint.velocity_max:>6.2f}{joint.torque_max:>7.1f}{joint.mass:>7.2f}"
+            f"{joint.name:<{width}}{axis:<20}{position:<18}{joint.velocity_max:>6.2f}{mark['velocity']}"
+            f"{joint.torque_max:>7.1f}{mark['torque']}{joint.mass:>7.2f}"
         )
+    if any(joint.defaults for joint in robot.joints):
+        lines.append(f"{_DEFAULT} not in the file: a default")
+    lines += [f"warning: {warning}" for warning in robot.warnings]
     for comparison in comparisons:
         differences = ", ".join(f"{name} {comparison.difference[name]:.0e} {unit}" for name, unit in QUANTITIES.items())
         verdict = "agrees" if comparison.good else "DIFFERS"

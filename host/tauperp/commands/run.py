@@ -7,6 +7,7 @@ from pathlib import Path
 from tauperp.experiment import run_scenario
 from tauperp.playing import GUARD_HELP, add_playing_arguments, setup_of
 from tauperp.replay.recorder import bus_recorder
+from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 from tauperp.scenario import load_scenario, shipped
 from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
@@ -19,7 +20,7 @@ moving robot, every collision stopped it, and nothing else but a sensor's fault 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="TOML file, or the name of a shipped scenario")
-    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF instead of the scenario's")
+    add_robot_arguments(parser, "the scenario's")
     parser.add_argument("--seed", type=int, metavar="N", help="of sensors and model errors, instead of the scenario's")
     parser.add_argument(
         "--record", metavar="FILE", help="new file for every frame: .blf, .asc, .log, whatever python-can writes"
@@ -32,7 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     path = args.scenario if Path(args.scenario).suffix == ".toml" else shipped(args.scenario)
-    scenario = load_scenario(path, robot=args.robot, seed=args.seed)
+    scenario = load_scenario(path, robot=args.robot, seed=args.seed, chain=chain_of(args))
+    say_warnings(scenario.robot)
     fd = scenario.configuration.settings.wire.format == "fd"
     setup = setup_of(args, fd=fd)
     results = Results(args)

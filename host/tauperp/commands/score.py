@@ -17,6 +17,7 @@ from tauperp.recording.report import Scored, lines, report
 from tauperp.recording.score import FOUND_GOAL, TESTED_GOAL
 from tauperp.recording.timeline import BRIDGE_MS
 from tauperp.replay import Recording, read_recording
+from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 from tauperp.sim.moment import Watch
 from tauperp.view.watching import add_watch_arguments, watching
 
@@ -30,7 +31,7 @@ FEWEST_ROWS = 50  # before the first touch, for a check against the model
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("tables", nargs="+", metavar="TABLE", help="recordings: .csv, .csv.gz, .npz, .parquet, .mcap")
-    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the configuration's")
+    add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--config", metavar="FILE", help="TOML file or preset (default: replay_NAME if shipped)")
     add_score_arguments(parser)
     parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
@@ -60,7 +61,8 @@ def run(args: argparse.Namespace) -> int:
     out = args.out or "out/score"
     task: TaskName = args.task or "none"
     source = args.config or _preset_for(args.command, args.robot)
-    configuration = load_configuration(source, robot=args.robot)
+    configuration = load_configuration(source, robot=args.robot, chain=chain_of(args))
+    say_warnings(configuration.robot)
     with watching(args) as watch:
         scored, refused = _score_all(args, configuration, task, watch)
     if not scored:

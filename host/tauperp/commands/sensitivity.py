@@ -9,6 +9,7 @@ import numpy as np
 from tauperp.config import TASKS, load_configuration
 from tauperp.errors import InputError
 from tauperp.files import write_atomically
+from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 
 HELP = """For one posture, a recorded trajectory or the whole workspace: the smallest static force and the smallest push
 of 50 ms on each link that the index of a task sees at its thresholds, the directions that it cannot see, and which
@@ -20,7 +21,7 @@ FROM_TRAJECTORY = 40
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", metavar="FILE", help="TOML file or preset (default: default)")
-    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the configuration's")
+    add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--task", choices=list(TASKS), action="append", help="only this task (can be repeated)")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pose", metavar="Q", help="one posture: Q1,Q2,... rad")
@@ -39,7 +40,8 @@ def run(args: argparse.Namespace) -> int:
     from tauperp.view.sensitivity_figure import sensitivity_figure
     from tauperp.view.summary import shown_progress
 
-    configuration = load_configuration(args.config or "default", robot=args.robot)
+    configuration = load_configuration(args.config or "default", robot=args.robot, chain=chain_of(args))
+    say_warnings(configuration.robot)
     robot = configuration.robot
     tasks = [task for task in TASKS if configuration.settings.task[task].index != "off"]
     for task in args.task or ():

@@ -27,12 +27,14 @@ def load_configuration(
     *,
     robot: "str | Path | Robot | None" = None,
     overrides: Mapping[str, Any] | None = None,
+    chain: Mapping[str, Any] | None = None,
 ) -> Configuration:
     """Read, complete and check one installation's configuration.
 
     source      a shipped preset's name or the path of a TOML file (see tauperp.config.settings)
     robot       instead of the file's: a shipped name, the path of a URDF or MJCF file, or a Robot
     overrides   nested tables over both the file and its preset, e.g. {"wire": {"rate_hz": 200}}
+    chain       base, tip, tool and accept_inertia of the robot, as of tauperp.robot.load; over the file's
 
     On an arm with too few joints for d_e (6) or d_p (5) to see anything, a preset's task with that index is off; a
     file of one's own that asks for it is refused. Raises InputError: one line with the file and the key.
@@ -45,7 +47,7 @@ def load_configuration(
         own = _merged(own, overrides)
     settings = validate(Settings, _completed(own, name, is_preset), name)
 
-    arm = _robot(settings.robot, robot, path.parent, name)
+    arm = _robot(settings.robot, robot, path.parent, name, chain or {})
     for task in TASKS:
         chosen = settings.task[task]
         asked_for = not is_preset and "index" in own.get("task", {}).get(task, {})
@@ -77,16 +79,26 @@ def _merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any
     return merged
 
 
-def _robot(choice: RobotChoice | None, given: "str | Path | Robot | None", folder: Path, name: str) -> "Robot":
+def _robot(
+    choice: RobotChoice | None,
+    given: "str | Path | Robot | None",
+    folder: Path,
+    name: str,
+    chain: Mapping[str, Any],
+) -> "Robot":
     from tauperp import robot as robots  # only here: `tauperp.robot` may itself want to know about configurations
 
     if isinstance(given, robots.Robot):
+        if chain:
+            raise InputError(
+                f"{name}: {', '.join(chain)} goes with a robot's name or file, and this one is read already"
+            )
         return given
     if given is not None:
-        return robots.load(given)
+        return robots.load(given, **chain)
     if choice is None:
         raise InputError(f"{name}: robot: no robot is named; give a shipped name or the path of a URDF or MJCF file")
     beside = folder / choice.model
     model = beside if beside.suffix or beside.is_file() else choice.model
-    tool = None if choice.tool is None else (choice.tool[0], choice.tool[1], choice.tool[2])
-    return robots.load(model, base=choice.base, tip=choice.tip, tool=tool)
+    own = {"base": choice.base, "tip": choice.tip, "tool": choice.tool, "accept_inertia": choice.accept_inertia}
+    return robots.load(model, **{**own, **chain})

@@ -46,6 +46,7 @@ class RobotChoice(Table):
     base: str | None = None  # first body of the chain, where the file holds more than one arm
     tip: str | None = None  # last body of the chain
     tool: list[float] | None = Field(default=None, min_length=3, max_length=3)  # end-effector point in it, m
+    accept_inertia: bool = False  # inertias that no body has become the nearest possible ones
 
 
 class Wire(Table):

@@ -1,5 +1,6 @@
 """The firmware's mathematics on numpy arrays: the same C functions that the guard runs, one at a time."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -46,6 +47,7 @@ class Core:
     numeric   "float32" or "q9.22": which build computes
     config    a Configuration, a preset's name or a TOML file for gain, period, basis and tolerance; default "default".
               `robot` replaces the robot of a file.
+    base, tip, tool, accept_inertia    which part of a robot's file is the arm, as of tauperp.robot.load
 
     Arrays are float64, converted to num_t on the way in. Arguments of the wrong shape, with NaN or infinity, or with
     names that are unknown raise ValueError (InputError, which is one, for robots, files and tasks) with the reason.
@@ -56,12 +58,19 @@ class Core:
         robot: "str | Path | Robot",
         numeric: Numeric = "float32",
         config: Configuration | str | Path | None = None,
+        *,
+        base: str | None = None,
+        tip: str | None = None,
+        tool: Sequence[float] | None = None,
+        accept_inertia: bool = False,
     ) -> None:
         self._library = library = load_library(numeric)
+        named = {"base": base, "tip": tip, "tool": tool, "accept_inertia": accept_inertia or None}
+        chain = {name: value for name, value in named.items() if value is not None}
         if isinstance(config, Configuration):
-            config = Configuration(config.settings, _loaded(robot), config.wire, config.source)
+            config = Configuration(config.settings, _loaded(robot, chain), config.wire, config.source)
         else:
-            config = load_configuration("default" if config is None else config, robot=robot)
+            config = load_configuration("default" if config is None else config, robot=robot, chain=chain)
         self.configuration = config
         self.robot = config.robot
         self.n = self.robot.n
@@ -245,7 +254,11 @@ def _vec3(library: Library, name: str, values: FloatArray) -> Any:
     return {"x": x, "y": y, "z": z}
 
 
-def _loaded(robot: "str | Path | Robot") -> "Robot":
+def _loaded(robot: "str | Path | Robot", chain: Mapping[str, Any]) -> "Robot":
     from tauperp import robot as robots
 
-    return robot if isinstance(robot, robots.Robot) else robots.load(robot)
+    if not isinstance(robot, robots.Robot):
+        return robots.load(robot, **chain)
+    if chain:
+        raise InputError(f"{', '.join(chain)} goes with a robot's name or file, and this one is read already")
+    return robot

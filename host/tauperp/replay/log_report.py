@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,18 +39,20 @@ def replay_log(
     config: str | Path | None = None,
     robot: str | Path | None = None,
     scenario: str | None = None,
+    chain: Mapping[str, Any] | None = None,
     watch: Watch | None = None,
 ) -> LogReplay:
     """Compare a whole log; `watch` sees every tick.
 
     config, robot   of the guard in the log: a file or preset; without any, what is shipped is tried
     scenario        a file or shipped name instead: the configuration that `tauperp run` gave it
+    chain           which part of the robot's file is the arm, as for load_configuration
 
     Raises InputError for a file that is no bus log, has no guard in it, or had another configuration.
     """
     log = BusLog(path)
     taken, origin = look_ahead(log, Wire.read(), log.path)
-    comparison = Comparison(_configuration(origin, log.path, config, robot, scenario), origin)
+    comparison = Comparison(_configuration(origin, log.path, config, robot, scenario, chain), origin)
     begin = time.monotonic()
     show = None if watch is None else LogShow(comparison.configuration, watch)
     for frame in itertools.chain(taken, log):
@@ -65,12 +67,17 @@ def replay_log(
 
 
 def _configuration(
-    origin: Origin, path: Path, config: str | Path | None, robot: str | Path | None, scenario: str | None
+    origin: Origin,
+    path: Path,
+    config: str | Path | None,
+    robot: str | Path | None,
+    scenario: str | None,
+    chain: Mapping[str, Any] | None,
 ) -> Configuration:
     if scenario is None:
-        return configuration_of(origin, path, config, robot)
+        return configuration_of(origin, path, config, robot, chain)
     file = scenario if Path(scenario).suffix == ".toml" else shipped(scenario)
-    configuration = load_scenario(file, robot=robot).configuration
+    configuration = load_scenario(file, robot=robot, chain=chain).configuration
     check_configuration(configuration, origin, path)
     return configuration
 

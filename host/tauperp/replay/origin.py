@@ -4,8 +4,9 @@ A guard tells all of it within one round of the pages of GuardStatus, so it is l
 """
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import can
 
@@ -122,7 +123,11 @@ def _counter(frame: can.Message) -> int:
 
 
 def configuration_of(
-    origin: Origin, path: Path, source: str | Path | None, robot: str | Path | None = None
+    origin: Origin,
+    path: Path,
+    source: str | Path | None,
+    robot: str | Path | None = None,
+    chain: Mapping[str, Any] | None = None,
 ) -> Configuration:
     """The configuration that the guard in the log ran on, checked by its CRC where the log tells it.
 
@@ -131,7 +136,7 @@ def configuration_of(
     Raises InputError if what is named has another CRC, or nothing that is shipped has it.
     """
     if source is not None:
-        configuration = load_configuration(source, robot=robot)
+        configuration = load_configuration(source, robot=robot, chain=chain)
         check_configuration(configuration, origin, path)
         return configuration
     if origin.config_crc is None:
@@ -141,7 +146,7 @@ def configuration_of(
             for form, rate_hz in _WIRE_FORMATS.items():
                 overrides = {"wire": {"rate_hz": rate_hz, "format": form}}
                 try:
-                    configuration = load_configuration(preset, robot=arm, overrides=overrides)
+                    configuration = load_configuration(preset, robot=arm, overrides=overrides, chain=chain)
                     if configuration.crc(origin.numeric) == origin.config_crc:
                         return configuration
                 except InputError:  # a preset that does not fit this robot

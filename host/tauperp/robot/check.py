@@ -4,10 +4,8 @@ Pinocchio on our own numbers finds errors in the table. Pinocchio (URDF) or MuJo
 errors in our reading of it.
 """
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -84,11 +82,13 @@ def pinocchio_reader(robot: Robot) -> Reader:
 
 def urdf_reader(robot: Robot, source: Source) -> Reader:
     """Terms of the file's chain from Pinocchio's own URDF parser, every other joint locked at zero."""
+    from tauperp.robot.urdf import JOINT
+
     try:
-        whole = pin.buildModelFromXML(_with_limits(source.path))
+        whole = pin.buildModelFromXML(source.document.decode("utf-8"))
     except (ValueError, RuntimeError) as error:
         raise InputError(f"{source.path.name}: Pinocchio does not read it ({' '.join(str(error).split())})") from None
-    names = [joint.name for joint in robot.joints]
+    names = [JOINT + joint.name for joint in robot.joints]
     locked = [i for i, name in enumerate(whole.names) if i > 0 and name not in names]
     model = pin.buildReducedModel(whole, locked, pin.neutral(whole))
     data = model.createData()
@@ -101,19 +101,10 @@ def urdf_reader(robot: Robot, source: Source) -> Reader:
     return _reader(model, [model.getJointId(name) for name in names], tip, base)
 
 
-def _with_limits(path: Path) -> str:
-    """The file with the limits that Pinocchio's parser insists on; they are no part of the comparison."""
-    root = ElementTree.parse(path).getroot()
-    for joint in root.findall("joint"):
-        if joint.get("type") in ("revolute", "prismatic"):
-            limit = joint.find("limit")
-            limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
-            limit.attrib.update({key: limit.get(key, "1") for key in ("effort", "velocity")})
-    return ElementTree.tostring(root, encoding="unicode")
-
-
 def _frame(model: pin.Model, link: str) -> int:
-    return int(model.getFrameId(link, pin.FrameType.BODY))
+    from tauperp.robot.urdf import LINK
+
+    return int(model.getFrameId(LINK + link, pin.FrameType.BODY))
 
 
 def _reader(model: pin.Model, ids: list[int], tip: int, base: Array) -> Reader:
@@ -151,7 +142,7 @@ def mjcf_reader(robot: Robot, source: Source) -> Reader:
 
     from tauperp.robot.mjcf import body_name, compile_mjcf, joint_name
 
-    model = compile_mjcf(source.path)
+    model, _ = compile_mjcf(source.path, source.document, source.accept_inertia)
     data = mujoco.MjData(model)
     model.opt.gravity = source.mounting.T @ model.opt.gravity
     joint_names = [joint_name(model, j) for j in range(model.njnt)]

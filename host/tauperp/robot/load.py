@@ -1,6 +1,5 @@
 """Robots by shipped name or by file."""
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from tauperp.errors import InputError
+from tauperp.robot.document import first_element, parse, read_bytes, text_of
+from tauperp.robot.inertia import LENGTH_MAX_M
 from tauperp.robot.model import Robot, Source
 from tauperp.robot.spatial import Array, rotation_rpy
 
@@ -26,12 +27,14 @@ def load(
     tip: str | None = None,
     tool: Sequence[float] | Array | None = None,
     base_rpy: Sequence[float] | Array | None = None,
+    accept_inertia: bool = False,
 ) -> Robot:
-    """The robot of a shipped name, or of a URDF or MJCF file.
+    """The robot of a shipped name, or of a URDF or MJCF file, which may be a pipe.
 
     base, tip: links (for tip also an MJCF site) between which the chain is taken; default: the root, the only end.
     tool: (3,) m, the end-effector point in the tip link's frame. base_rpy: (3,) rad, how the file's root frame stands
-    in a world with z up, as URDF's roll, pitch, yaw; gravity in the base frame follows from it.
+    in a world with z up, as URDF's roll, pitch, yaw; gravity in the base frame follows from it. accept_inertia: an
+    inertia that no body has becomes the nearest possible one, and a warning.
     Raises InputError, which names the file, joint or link, for whatever cannot be guarded.
     """
     offset = _three_numbers(tool, "tool")
@@ -45,26 +48,38 @@ def load(
         robot = read_descriptor(path)
         return replace(robot, tip=robot.tip + robot.tip_rotation @ offset, gravity=mounting.T @ robot.gravity)
 
-    root = _parse(path)
-    if root.tag == "robot":
-        from tauperp.robot.urdf import read_urdf
+    data = read_bytes(path)
+    text = text_of(data, path)
+    kind = first_element(text, path)
+    if kind == "robot":
+        from tauperp.robot.urdf import essence, frame_warnings, read_urdf
 
-        tree, kind = read_urdf(path, root), "urdf"
-    elif root.tag == "mujoco":
+        root = parse(text, path)
+        chain = read_urdf(path, root).chain(
+            base=base, tip=tip, tool=offset, mounting=mounting, accept_inertia=accept_inertia
+        )
+        warnings = (*frame_warnings(root), *chain.robot.warnings)
+        document = essence(root, chain.changed)
+    elif kind == "mujoco":
         from tauperp.robot.mjcf import read_mjcf
 
-        tree, kind = read_mjcf(path), "mjcf"
+        tree, changes = read_mjcf(path, data, accept_inertia)
+        chain = tree.chain(base=base, tip=tip, tool=offset, mounting=mounting)
+        warnings, document = (*changes, *chain.robot.warnings), data
     else:
-        raise InputError(f"{path}: <{root.tag}> is neither URDF (<robot>) nor MJCF (<mujoco>)")
-    robot, base_link, tip_link = tree.chain(base=base, tip=tip, tool=offset, mounting=mounting)
+        raise InputError(f"{path}: <{kind}> is neither URDF (<robot>) nor MJCF (<mujoco>)")
+    format_name = "urdf" if kind == "robot" else "mjcf"
     return replace(
-        robot, source=Source(path, kind, base_link, tip_link, offset, mounting), note=f"read from {path.name}"
+        chain.robot,
+        source=Source(path, format_name, document, chain.base, chain.tip, offset, mounting, accept_inertia),
+        note=f"read from {path.name}",
+        warnings=warnings,
     )
 
 
 def _three_numbers(values: Sequence[float] | Array | None, what: str) -> Array:
     array = np.zeros(3) if values is None else np.asarray(values, dtype=float)
-    if array.shape != (3,) or not np.all(np.isfinite(array)):
+    if array.shape != (3,) or not np.all(np.abs(array) < LENGTH_MAX_M):
         raise InputError(f"{what}: three numbers are needed")
     return array
 
@@ -80,12 +95,3 @@ def _find(name_or_path: str | Path) -> Path:
     if not path.exists():
         raise InputError(f"{path}: no such file, and no shipped robot of that name ({', '.join(shipped())})")
     return path
-
-
-def _parse(path: Path) -> ElementTree.Element:
-    try:
-        return ElementTree.fromstring(path.read_bytes())
-    except ElementTree.ParseError as error:
-        raise InputError(f"{path}: not well-formed XML ({error})") from None
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None

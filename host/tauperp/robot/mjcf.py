@@ -4,15 +4,21 @@ Of a body with an explicit inertia the geoms add nothing, so meshes are not need
 the velocity limit of a joint, is taken from `<custom><numeric name="velocity_max:JOINT" data="rad/s"/></custom>`.
 """
 
+import warnings
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from tauperp.errors import InputError
-from tauperp.robot.model import DEFAULT_POSITION_RAD, DEFAULT_TORQUE_NM, DEFAULT_VELOCITY_RAD_S, Capsule
+from tauperp.robot.document import text_of
+from tauperp.robot.inertia import LENGTH_MAX_M, MASS_MAX_KG, excess, moments, possible
+from tauperp.robot.limits import Limits
+from tauperp.robot.model import Capsule
 from tauperp.robot.spatial import Array, Body, Pose, rotation_about, rotation_quaternion
 from tauperp.robot.tree import REVOLUTE, Tree, TreeJoint, TreeLink
+
+_ROUNDING_KG_M2 = 1e-12  # clear of what rounding makes of a triangle inequality that holds exactly
 
 KINDS = {
     int(mujoco.mjtJoint.mjJNT_HINGE): REVOLUTE,
@@ -22,20 +28,64 @@ KINDS = {
 }
 
 
-def compile_mjcf(path: Path) -> mujoco.MjModel:
-    """The model of a file, without the meshes and pictures that no inertia needs."""
+def compile_mjcf(path: Path, data: bytes, accept_inertia: bool = False) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+    """The model of a file, without the meshes and pictures that no inertia needs, and what accept_inertia changed.
+
+    data: the file's content, for what is no regular file. A regular one MuJoCo reads itself, with all that it includes.
+    """
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)  # instead of a line on stderr and in a file
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        if path.is_file() and not data.startswith((b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf")):
+            spec = mujoco.MjSpec.from_file(str(path))
+        else:
+            spec = mujoco.MjSpec.from_string(text_of(data, path))
         spec.compiler.fusestatic = False
         _strip(spec)
-        return spec.compile()
-    except (ValueError, OSError, mujoco.FatalError) as error:
+        changes = _make_possible(spec) if accept_inertia else ()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            model = spec.compile()
+    except InputError:
+        raise
+    except (ValueError, OSError, TypeError, mujoco.FatalError) as error:
         raise InputError(f"{path.name}: {' '.join(str(error).split())}") from None
+    finally:
+        mujoco.set_mju_user_warning(before)
+    if said:
+        raise InputError(f"{path.name}: {' '.join(said[0].split())}")
+    _refuse_sizes(path, model)
+    return model, changes
 
 
-def read_mjcf(path: Path) -> Tree:
-    """The tree of a file; a hinge's position zero is its `ref`, as in MuJoCo."""
-    model = compile_mjcf(path)
+def _refuse_sizes(path: Path, model: mujoco.MjModel) -> None:
+    """Numbers that are no arm's, and whose products leave float64."""
+    positions = (model.body_pos, model.body_ipos, model.qpos0, model.jnt_pos, model.site_pos, model.opt.gravity)
+    masses = (model.body_mass, model.body_inertia, model.dof_armature)
+    for values, most in (*((x, LENGTH_MAX_M) for x in positions), *((x, MASS_MAX_KG) for x in masses)):
+        if not np.all(np.abs(values) < most):
+            raise InputError(f"{path.name}: holds a number beyond {most:g} (m, rad, kg, kg m^2 or m/s^2)")
+    for quaternions in (model.body_quat, model.body_iquat, model.site_quat):
+        if not np.all(np.abs(np.sum(np.square(quaternions), axis=1) - 1.0) < 1e-6):
+            raise InputError(f"{path.name}: holds an orientation that is none")
+
+
+def read_mjcf(path: Path, data: bytes, accept_inertia: bool = False) -> tuple[Tree, tuple[str, ...]]:
+    """The tree of a file and what accept_inertia changed; a hinge's position zero is its `ref`, as in MuJoCo."""
+    model, changes = compile_mjcf(path, data, accept_inertia)
+    try:
+        return _tree(path, model), changes
+    except UnicodeDecodeError:
+        raise InputError(f"{path.name}: its names are not in UTF-8") from None
+
+
+def _tree(path: Path, model: mujoco.MjModel) -> Tree:
+    if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY) or not np.any(model.opt.gravity):
+        raise InputError(
+            f"{path.name}: gravity is off (<option gravity> or <flag gravity>): "
+            "a guard would take the arm's weight for a touch"
+        )
     links: list[TreeLink] = []
     for b in range(model.nbody):
         links += _body_links(model, b)
@@ -44,24 +94,29 @@ def read_mjcf(path: Path) -> Tree:
             parent = body_name(model, model.site_bodyid[s])
             pose = Pose(rotation_quaternion(model.site_quat[s]), model.site_pos[s].copy())
             links.append(TreeLink(model.site(s).name, parent, pose, TreeJoint(""), marker=True))
-    names = [link.name for link in links]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"{path.name}: name '{name}' stands for a body and a site: rename one")
+    names: set[str] = set()
+    for link in links:
+        if link.name in names:
+            raise InputError(f"{path.name}: name '{link.name}' stands for two bodies or sites: rename one")
+        names.add(link.name)
     name = model.names[: model.names.index(b"\0")].decode()
     return Tree(name or path.stem, links, np.array(model.opt.gravity), _closures(model))
 
 
 def _strip(spec: mujoco.MjSpec) -> None:
-    """Remove what needs files and carries no mass: pictures, and meshes of bodies with an explicit inertia."""
+    """Leave out what needs files and carries no mass: pictures, and meshes of bodies with an explicit inertia.
+
+    Such a mesh geom becomes a small sphere that touches nothing, since contact pairs or sensors may name it.
+    """
     ignored = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-    file_geoms = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD)
+    file_geoms = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF, mujoco.mjtGeom.mjGEOM_HFIELD)
     for body in spec.bodies:
         if ignored or not (body.explicitinertial or body.name == "world"):
             continue
-        for geom in list(body.geoms):
-            if geom.type in file_geoms:
-                spec.delete(geom)
+        for geom in body.geoms:
+            if geom.type in file_geoms or geom.meshname:
+                geom.type, geom.meshname, geom.hfieldname = mujoco.mjtGeom.mjGEOM_SPHERE, "", ""
+                geom.size, geom.contype, geom.conaffinity = [1e-3, 0.0, 0.0], 0, 0
     used = {geom.meshname for geom in spec.geoms}
     for asset in [mesh for mesh in spec.meshes if mesh.name not in used] + list(spec.skins) + list(spec.hfields):
         spec.delete(asset)
@@ -69,8 +124,32 @@ def _strip(spec: mujoco.MjSpec) -> None:
         geom.material = ""
     for site in spec.sites:
         site.material = ""
-    for asset in [*spec.materials, *spec.textures]:
+    for tendon in spec.tendons:
+        tendon.material = ""
+    for asset in [*spec.materials, *spec.textures, *spec.keys]:
         spec.delete(asset)
+
+
+def _make_possible(spec: mujoco.MjSpec) -> tuple[str, ...]:
+    """Give bodies whose inertia no body has the nearest possible one; what changed."""
+    changes = []
+    for body in spec.bodies:
+        if not body.explicitinertial:
+            continue
+        full = np.array(body.fullinertia)
+        is_full = bool(np.all(np.isfinite(full)))
+        xx, yy, zz, xy, xz, yz = full if is_full else (*body.inertia, 0.0, 0.0, 0.0)
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if not np.all(np.isfinite(inertia)) or excess(inertia)[0] == 0.0:
+            continue
+        nearest = possible(inertia) + _ROUNDING_KG_M2 * np.eye(3)
+        before, after = (", ".join(f"{moment:.4g}" for moment in moments(x)) for x in (inertia, nearest))
+        changes.append(f"body '{body.name}': no body has its inertia; principal moments {before} became {after} kg m^2")
+        if is_full:
+            body.fullinertia = [nearest[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        else:
+            body.inertia = np.diag(nearest)
+    return tuple(changes)
 
 
 def body_name(model: mujoco.MjModel, b: int) -> str:
@@ -122,12 +201,13 @@ def _closures(model: mujoco.MjModel) -> list[tuple[str, str, str]]:
     return found
 
 
-def _follows(model: mujoco.MjModel, j: int) -> bool:
-    """True if an equality constraint makes the joint follow another one."""
-    return any(
-        model.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and model.eq_obj1id[e] == j and bool(model.eq_active0[e])
-        for e in range(model.neq)
-    )
+def _follows(model: mujoco.MjModel, j: int) -> str | None:
+    """The joint that an equality constraint makes this one follow, empty if that one holds it where it is; or None."""
+    for e in range(model.neq):
+        if model.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and model.eq_obj1id[e] == j and bool(model.eq_active0[e]):
+            driver = int(model.eq_obj2id[e])
+            return joint_name(model, driver) if driver >= 0 else ""
+    return None
 
 
 def _joint(model: mujoco.MjModel, j: int) -> TreeJoint:
@@ -137,22 +217,24 @@ def _joint(model: mujoco.MjModel, j: int) -> TreeJoint:
         name=name,
         kind=KINDS[int(model.jnt_type[j])],
         axis=np.array(model.jnt_axis[j]),
-        position_min=float(model.jnt_range[j, 0]) if limited else -DEFAULT_POSITION_RAD,
-        position_max=float(model.jnt_range[j, 1]) if limited else DEFAULT_POSITION_RAD,
-        velocity_max=_velocity_max(model, name),
-        torque_max=_torque_max(model, j),
+        limits=Limits(
+            lower=float(model.jnt_range[j, 0]) if limited else None,
+            upper=float(model.jnt_range[j, 1]) if limited else None,
+            velocity=_velocity_max(model, name),
+            torque=_torque_max(model, j),
+        ),
         rotor_inertia=float(model.dof_armature[model.jnt_dofadr[j]]),
-        mimic=_follows(model, j),
+        mimics=_follows(model, j),
     )
 
 
-def _velocity_max(model: mujoco.MjModel, joint: str) -> float:
+def _velocity_max(model: mujoco.MjModel, joint: str) -> float | None:
     key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"velocity_max:{joint}")
-    return DEFAULT_VELOCITY_RAD_S if key < 0 else float(model.numeric_data[model.numeric_adr[key]])
+    return None if key < 0 else float(model.numeric_data[model.numeric_adr[key]])
 
 
-def _torque_max(model: mujoco.MjModel, j: int) -> float:
-    """The largest torque that the joint or the actuators on it admit, Nm."""
+def _torque_max(model: mujoco.MjModel, j: int) -> float | None:
+    """The largest torque that the joint or the actuators on it admit, Nm; None without a limit."""
     if model.jnt_actfrclimited[j]:
         return float(np.max(np.abs(model.jnt_actfrcrange[j])))
     found = []
@@ -166,7 +248,7 @@ def _torque_max(model: mujoco.MjModel, j: int) -> float:
         elif model.actuator_ctrllimited[a] and motor:
             gain = abs(float(model.actuator_gainprm[a, 0]))
             found.append(gear * gain * float(np.max(np.abs(model.actuator_ctrlrange[a]))))
-    return sum(found) if found else DEFAULT_TORQUE_NM
+    return sum(found) if found else None
 
 
 def _capsules(model: mujoco.MjModel, b: int) -> tuple[Capsule, ...]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from tauperp.robot.limits import DEFAULT_POSITION_RAD, DEFAULT_TORQUE_NM, DEFAULT_VELOCITY_RAD_S
 from tauperp.robot.spatial import Array
 
 if TYPE_CHECKING:
@@ -13,12 +14,6 @@ if TYPE_CHECKING:
 
 GRAVITY_M_S2 = 9.81
 MAX_JOINTS = 8
-
-# What a file without limits gets: about what the wire can carry (position 4.09 rad, velocity 8.19 rad/s, torque
-# 327 Nm). A continuous joint reports its angle wrapped to +-pi, with some room for where it wraps.
-DEFAULT_POSITION_RAD = 4.0
-DEFAULT_VELOCITY_RAD_S = 8.0
-DEFAULT_TORQUE_NM = 320.0
 
 
 class Capsule(NamedTuple):
@@ -45,6 +40,7 @@ class Joint:
     velocity_max: float = DEFAULT_VELOCITY_RAD_S
     torque_max: float = DEFAULT_TORQUE_NM
     rotor_inertia: float = 0.0  # kg m^2, reflected to the joint; behind the torque sensor, so not in the table
+    defaults: frozenset[str] = frozenset()  # of "position", "velocity", "torque": limits that the file does not have
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +49,12 @@ class Source:
 
     path: Path
     kind: str  # "urdf" or "mjcf"
+    document: bytes  # MJCF: the file's; URDF: its links' inertials and joints, names with a prefix (tauperp.robot.urdf)
     base: str  # link
     tip: str  # link or site
     tool: Array  # (3,) m in the tip's frame
     mounting: Array  # (3, 3), the file's root frame in a world whose z points up
+    accept_inertia: bool = False  # inertias that no body has were made possible
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +67,7 @@ class Robot:
     tip_rotation: Array = field(default_factory=lambda: np.eye(3))  # of the tip link in the last joint's frame
     source: Source | None = None
     note: str = ""  # where the numbers come from
+    warnings: tuple[str, ...] = ()  # what was changed or left out, one line each
 
     @property
     def n(self) -> int:

@@ -4,45 +4,34 @@ Links joined by fixed joints are merged. Joints off the chain are locked where t
 qpos0) and their links merged too, so a hand's fingers or a second arm cost nothing but their mass.
 """
 
+import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tauperp.errors import InputError
 from tauperp.robot.capsules import automatic_capsule, volume
-from tauperp.robot.model import (
-    DEFAULT_POSITION_RAD,
-    DEFAULT_TORQUE_NM,
-    DEFAULT_VELOCITY_RAD_S,
-    MAX_JOINTS,
-    Capsule,
-    Joint,
-    Robot,
-)
+from tauperp.robot.inertia import INERTIA_MAX_KG_M2, LENGTH_MAX_M, MASS_MAX_KG, excess, moments, possible, slack
+from tauperp.robot.limits import Limits, fitted
+from tauperp.robot.model import MAX_JOINTS, Capsule, Joint, Robot
 from tauperp.robot.spatial import Array, Body, Pose, merged
 
-# Files round inertias: six decimals of kg m^2, or three to four digits. What that can break of positivity and of the
-# triangle inequality is accepted; 1e-6 kg m^2 at 10 rad/s^2 is 1e-5 Nm, a thousandth of the wire's torque step.
-INERTIA_ABSOLUTE = 1e-6
-INERTIA_RELATIVE = 1e-3
-
 FIXED, REVOLUTE = "fixed", "revolute"
+
+_GRIPPER = re.compile("grip|finger|jaw|claw|knuckle|thumb", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
 class TreeJoint:
-    """How a link hangs on its parent. A mimic joint follows another one and can only be locked."""
+    """How a link hangs on its parent. A joint that mimics another one can only be locked."""
 
     name: str
     kind: str = FIXED  # FIXED, REVOLUTE or the file's own word for what cannot be on a chain
     axis: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    position_min: float = -DEFAULT_POSITION_RAD
-    position_max: float = DEFAULT_POSITION_RAD
-    velocity_max: float = DEFAULT_VELOCITY_RAD_S
-    torque_max: float = DEFAULT_TORQUE_NM
+    limits: Limits = field(default_factory=Limits)
     rotor_inertia: float = 0.0
-    mimic: bool = False
+    mimics: str | None = None  # the joint that it follows; empty if the file names none
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +50,16 @@ class TreeLink:
         return self.pose if self.locked_pose is None else self.locked_pose
 
 
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A robot, the links that it was taken from, and the bodies of links that were made possible, in their frames."""
+
+    robot: Robot
+    base: str
+    tip: str
+    changed: dict[str, Body]
+
+
 class Tree:
     """Links by name in the file's order, parents before or after their children; exactly one has no parent."""
 
@@ -76,13 +75,19 @@ class Tree:
             if link.parent is not None:
                 self.children[link.parent].append(link)
         self.root = next(link for link in links if link.parent is None)
+        self._drives = {link.joint.mimics: link.joint.name for link in links if link.joint.mimics}
 
-    def chain(self, *, base: str | None, tip: str | None, tool: Array, mounting: Array) -> tuple[Robot, str, str]:
-        """The robot from link `base` (default: the root) to link `tip` (default: the only end), and both names.
+    def chain(
+        self, *, base: str | None, tip: str | None, tool: Array, mounting: Array, accept_inertia: bool = False
+    ) -> "Chain":
+        """The robot from link `base` (default: the root) to link `tip` (default: the only end).
 
         tool: offset (3,) m added in the tip's frame. mounting: rotation (3, 3) of the file's root frame in a world
-        whose z points up; gravity follows through the joints before the base, locked.
+        whose z points up; gravity follows through the joints before the base, locked. accept_inertia: an inertia that
+        no body has becomes the nearest possible one instead of an error.
         """
+        for link in self.links.values():
+            _refuse_sizes(link)
         base_link = self.root if base is None else self._link(base, "base")
         tip_link = self._only_tip(base_link) if tip is None else self._link(tip, "tip")
         path = self._path(base_link, tip_link)
@@ -97,6 +102,18 @@ class Tree:
 
         on_path = {link.name for link in path}
         self._refuse_closures(moving, on_path)
+        changed: dict[str, Body] = {}
+        warnings = [
+            f"joint '{link.joint.name}' drives joint '{self._drives[link.joint.name]}' (mimic), which is locked at zero"
+            for link in moving
+            if link.joint.name in self._drives
+        ]
+        if tip is None and _GRIPPER.search(moving[-1].joint.name):
+            warnings.append(
+                f"joint '{moving[-1].joint.name}' is named like a gripper's and taken for the arm's last one "
+                f"(--tip {moving[-1].parent} ends the chain before it)"
+            )
+        beyond: dict[str, list[str]] = {}  # joints by what is said of their limits
         joints: list[Joint] = []
         capsules: list[list[Capsule]] = []
         pose = Pose()  # of the link at hand in the last moving joint's frame
@@ -104,8 +121,27 @@ class Tree:
             pose = pose @ link.pose
             if link.joint.kind != REVOLUTE:
                 continue
-            body = self._merged(link, on_path)
-            joints.append(_joint(link, pose, body))
+            body = self._merged(link, on_path, changed if accept_inertia else None)
+            limits = fitted(link.joint.name, link.joint.limits)
+            for text in limits.warnings:
+                beyond.setdefault(text, []).append(f"'{link.joint.name}'")
+            joints.append(
+                Joint(
+                    name=link.joint.name,
+                    origin_rotation=pose.rotation,
+                    origin_position=pose.position,
+                    axis=link.joint.axis / np.linalg.norm(link.joint.axis),
+                    mass=body.mass,
+                    com=body.com,
+                    inertia=body.inertia,
+                    position_min=limits.position_min,
+                    position_max=limits.position_max,
+                    velocity_max=limits.velocity,
+                    torque_max=limits.torque,
+                    rotor_inertia=link.joint.rotor_inertia,
+                    defaults=limits.defaults,
+                )
+            )
             capsules.append(self._capsules(link, on_path))
             pose = Pose()
         tip_point = pose.point(tool)
@@ -121,7 +157,13 @@ class Tree:
                 for joint, shapes, end in zip(joints, capsules, ends, strict=True)
             ),
         )
-        return robot, base_link.name, tip_link.name
+        warnings += [f"joint {', '.join(names)}: {text}" for text, names in beyond.items()]
+        warnings += [self._change(name, body) for name, body in changed.items()]
+        return Chain(replace(robot, warnings=tuple(warnings)), base_link.name, tip_link.name, changed)
+
+    def _change(self, name: str, body: Body) -> str:
+        before, after = (", ".join(f"{m:.4g}" for m in moments(x.inertia)) for x in (self.links[name].body, body))
+        return f"link '{name}': no body has its inertia; principal moments {before} became {after} kg m^2"
 
     def _link(self, name: str, role: str) -> TreeLink:
         if name not in self.links:
@@ -169,6 +211,12 @@ class Tree:
             link = movers[0]
         if link is base:
             raise InputError(f"robot '{self.name}': no joint moves behind link '{base.name}'")
+        if link.joint.kind == REVOLUTE and link.joint.name in self._drives:
+            raise InputError(
+                f"robot '{self.name}': joint '{link.joint.name}' drives joint '{self._drives[link.joint.name]}' "
+                f"(mimic), as that of a gripper does: choose the end with --tip LINK (--tip {link.parent} ends the "
+                "chain before it)"
+            )
         ends = [(x, pose) for x, pose in self._rigid(link) if not x.marker and not self._rigid_children(x)]
         if any(np.linalg.norm(pose.position - ends[0][1].position) > 1e-6 for _, pose in ends):
             names = _few([f"'{end.name}'" for end, _ in ends])
@@ -195,7 +243,7 @@ class Tree:
             child
             for rigid, _ in self._rigid(link)
             for child in self.children[rigid.name]
-            if child.joint.kind != FIXED and not child.joint.mimic
+            if child.joint.kind != FIXED and child.joint.mimics is None
         ]
 
     def _moves_with(self, link: TreeLink, on_path: set[str]) -> Iterator[tuple[TreeLink, Pose]]:
@@ -210,12 +258,24 @@ class Tree:
                 elif child.joint.kind == FIXED:
                     pending.append((child, pose @ child.pose))
 
-    def _merged(self, link: TreeLink, on_path: set[str]) -> Body:
-        bodies = []
-        for part, pose in self._moves_with(link, on_path):
-            _refuse_body(part)
-            bodies.append(part.body.moved(pose))
-        body = merged(bodies)
+    def _merged(self, link: TreeLink, on_path: set[str], changed: dict[str, Body] | None) -> Body:
+        """All that moves with a link, in its frame. changed: takes the bodies that no body can be; None refuses them.
+
+        What an inertia may be off by is measured against all that the joint moves: a screw that changes no torque
+        which the wire could carry is no reason to refuse an arm.
+        """
+        parts = list(self._moves_with(link, on_path))
+        for part, _ in parts:
+            if part.body.mass < 0.0:
+                raise InputError(f"link '{part.name}': mass {part.body.mass:g} kg is not positive")
+        body = merged([part.body.moved(pose) for part, pose in parts])
+        allowed = slack(body.inertia)
+        impossible = [part for part, _ in parts if excess(part.body.inertia)[0] > allowed]
+        if impossible and changed is None:
+            raise InputError(_impossible(impossible[0]))
+        if impossible and changed is not None:
+            changed.update({x.name: replace(x.body, inertia=possible(x.body.inertia)) for x in impossible})
+            body = merged([changed.get(part.name, part.body).moved(pose) for part, pose in parts])
         if body.mass <= 0.0 and link.marker:
             raise InputError(
                 f"joint '{link.joint.name}' shares its body with another joint: give each a body with mass"
@@ -241,24 +301,6 @@ class Tree:
                 raise InputError(f"equality constraint '{name}' closes a loop between links '{one}' and '{other}'")
 
 
-def _joint(link: TreeLink, pose: Pose, body: Body) -> Joint:
-    joint = link.joint
-    return Joint(
-        name=joint.name,
-        origin_rotation=pose.rotation,
-        origin_position=pose.position,
-        axis=joint.axis / np.linalg.norm(joint.axis),
-        mass=body.mass,
-        com=body.com,
-        inertia=body.inertia,
-        position_min=joint.position_min,
-        position_max=joint.position_max,
-        velocity_max=joint.velocity_max,
-        torque_max=joint.torque_max,
-        rotor_inertia=joint.rotor_inertia,
-    )
-
-
 def _few(names: list[str], most: int = 6) -> str:
     return ", ".join(names[:most]) + (", ..." if len(names) > most else "")
 
@@ -273,38 +315,29 @@ def _refuse_joint(link: TreeLink, *, inner: bool) -> None:
         raise InputError(
             f"joint '{joint.name}' on the chain is {joint.kind}, and only revolute ones can be guarded ({way_out})"
         )
-    if joint.mimic:
+    if joint.mimics is not None:
         raise InputError(f"joint '{joint.name}' on the chain mimics another joint ({way_out})")
-    if not np.all(np.isfinite(joint.axis)) or np.linalg.norm(joint.axis) < 1e-6:
+    if np.linalg.norm(joint.axis) < 1e-6:
         raise InputError(f"joint '{joint.name}' has a zero axis")
-    if not joint.position_min < joint.position_max:
-        raise InputError(
-            f"joint '{joint.name}': lower limit {joint.position_min:g} rad is not below upper limit "
-            f"{joint.position_max:g} rad"
-        )
-    for value, what in ((joint.velocity_max, "velocity limit"), (joint.torque_max, "effort limit")):
-        if not value > 0.0:
-            raise InputError(f"joint '{joint.name}': {what} {value:g} is not positive")
 
 
-def _refuse_body(link: TreeLink) -> None:
-    """A mass or an inertia that no distribution of mass has, within the rounding of files, is an error."""
-    mass, inertia = link.body.mass, link.body.inertia
-    if mass < 0.0:
-        raise InputError(f"link '{link.name}': mass {mass:g} kg is not positive")
-    if mass == 0.0:
-        if np.any(inertia != 0.0):
-            raise InputError(f"link '{link.name}': inertia without mass")
-        return
-    small, middle, large = np.linalg.eigvalsh(inertia)
-    slack = INERTIA_ABSOLUTE + INERTIA_RELATIVE * abs(large)
-    if small < -slack:
-        raise InputError(
-            f"link '{link.name}': inertia is not positive definite (principal moments "
-            f"{small:.3g}, {middle:.3g}, {large:.3g} kg m^2)"
-        )
-    if small + middle < large - slack:
-        raise InputError(
-            f"link '{link.name}': inertia breaks the triangle inequality (principal moments "
-            f"{small:.3g}, {middle:.3g}, {large:.3g} kg m^2)"
-        )
+def _refuse_sizes(link: TreeLink) -> None:
+    """Numbers that are no arm's, and whose products leave float64."""
+    body = link.body
+    for what, values, most in (
+        ("mass in kg", np.array([body.mass]), MASS_MAX_KG),
+        ("position in m", np.concatenate([link.pose.position, link.locked.position, body.com]), LENGTH_MAX_M),
+        ("rotation", np.concatenate([link.pose.rotation, link.locked.rotation]), 2.0),
+        ("axis", link.joint.axis, LENGTH_MAX_M),
+        ("inertia in kg m^2", body.inertia, INERTIA_MAX_KG_M2),
+    ):
+        if not np.all(np.abs(values) <= most):
+            raise InputError(f"link '{link.name}': {what} is beyond {most:g}")
+
+
+def _impossible(link: TreeLink) -> str:
+    named = ", ".join(f"{moment:.3g}" for moment in moments(link.body.inertia))
+    return (
+        f"link '{link.name}': inertia {excess(link.body.inertia)[1]} (principal moments {named} kg m^2); "
+        "--accept-inertia takes the nearest possible one"
+    )

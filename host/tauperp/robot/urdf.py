@@ -1,4 +1,7 @@
-"""URDF as a tree of links. Meshes, visuals, transmissions and everything else that has no mass is not looked at."""
+"""URDF as a tree of links. Meshes, colours, transmissions and everything else that has no mass is not looked at.
+
+Link and joint names are two name spaces. An origin turns by rpy or by quat_xyzw. A link whose mass is zero is a frame.
+"""
 
 import math
 import xml.etree.ElementTree as ElementTree
@@ -7,17 +10,22 @@ from pathlib import Path
 import numpy as np
 
 from tauperp.errors import InputError
-from tauperp.robot.model import DEFAULT_POSITION_RAD, DEFAULT_TORQUE_NM, DEFAULT_VELOCITY_RAD_S, GRAVITY_M_S2, Capsule
-from tauperp.robot.spatial import Array, Body, Pose, rotation_rpy
+from tauperp.robot.limits import Limits
+from tauperp.robot.model import GRAVITY_M_S2, Capsule
+from tauperp.robot.spatial import Array, Body, Pose, rotation_quaternion, rotation_rpy
 from tauperp.robot.tree import FIXED, REVOLUTE, Tree, TreeJoint, TreeLink
 
 KINDS = {"revolute": REVOLUTE, "continuous": REVOLUTE, "fixed": FIXED}
 OTHER_KINDS = ("prismatic", "floating", "planar", "spherical")
 
+_MACROS = ("include", "macro", "property", "insert_block", "if", "unless")  # xacro before it had a prefix
+_OTHERS_WITH_LINKS = ("gazebo", "transmission", "ros2_control")  # they may hold inertials or joints of another format
+
 
 def read_urdf(path: Path, root: ElementTree.Element) -> Tree:
     """The tree of a parsed <robot>. Fails on missing or doubled names, loops, several roots, and what is no number."""
     where = path.name
+    _refuse_macros(root, where)
     links: dict[str, ElementTree.Element] = {}
     for element in root.findall("link"):
         name = _name(element, where)
@@ -48,10 +56,29 @@ def read_urdf(path: Path, root: ElementTree.Element) -> Tree:
     return Tree(root.get("name") or path.stem, tree, np.array([0.0, 0.0, -GRAVITY_M_S2]))
 
 
+def _refuse_macros(root: ElementTree.Element, where: str) -> None:
+    """Whatever no reader of URDF would take, and that may hold mass, is an error and not passed over."""
+    prefixes = {"xacro:"} | {
+        f"{key.removeprefix('xmlns:')}:"
+        for key, value in root.attrib.items()
+        if key.startswith("xmlns:") and "xacro" in value
+    }
+    for element in root.iter():
+        if element.tag.startswith(tuple(prefixes)):
+            raise InputError(f"{where}: holds xacro elements (<{element.tag}>): expand it first")
+    for child in root:
+        if child.tag in _MACROS:
+            raise InputError(f"{where}: holds xacro elements (<{child.tag}>): expand it first")
+        if child.tag != "link" and child.tag not in _OTHERS_WITH_LINKS and child.find(".//inertial") is not None:
+            raise InputError(f"{where}: <{child.tag}> holds an <inertial> that is not in a link of the robot")
+
+
 def _name(element: ElementTree.Element, where: str) -> str:
     name = element.get("name")
     if not name:
         raise InputError(f"{where}: a {element.tag} without a name")
+    if "${" in name or "$(" in name:
+        raise InputError(f"{where}: {element.tag} '{name}' holds a xacro expression: expand it first")
     return name
 
 
@@ -97,7 +124,24 @@ def _body(inertial: ElementTree.Element | None, place: str) -> Body:
     xx, xy, xz, yy, yz, zz = (_number(inertia, f"i{ij}", place) for ij in ("xx", "xy", "xz", "yy", "yz", "zz"))
     about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     pose = _pose(inertial.find("origin"), place)
-    return Body(_number(mass, "value", place), pose.position, pose.rotation @ about_com @ pose.rotation.T)
+    kg = _number(mass, "value", place)
+    return Body() if kg == 0.0 else Body(kg, pose.position, pose.rotation @ about_com @ pose.rotation.T)
+
+
+def _is_frame(inertial: ElementTree.Element | None) -> bool:
+    """A mass of zero."""
+    mass = None if inertial is None else inertial.find("mass")
+    return mass is not None and float(mass.get("value", "1")) == 0.0
+
+
+def frame_warnings(root: ElementTree.Element) -> tuple[str, ...]:
+    """The links that have an inertia and no mass: their inertia is left out. For a file that read_urdf takes."""
+    return tuple(
+        f"link '{link.get('name')}' has an inertia and no mass: taken as a frame"
+        for link in root.findall("link")
+        if _is_frame(link.find("inertial"))
+        and any(float(value) != 0.0 for value in link.find("inertial/inertia").attrib.values())  # type: ignore[union-attr]
+    )
 
 
 def _joint(element: ElementTree.Element, where: str) -> TreeJoint:
@@ -109,16 +153,24 @@ def _joint(element: ElementTree.Element, where: str) -> TreeJoint:
     axis = element.find("axis")
     joint_axis = np.array([1.0, 0.0, 0.0]) if axis is None else _vector(axis, "xyz", place)
     limit = element.find("limit")
-    bounded = limit is not None and kind == "revolute" and limit.get("upper") is not None
+    mimic = element.find("mimic")
     return TreeJoint(
         name=name,
         kind=KINDS.get(kind, kind),
         axis=joint_axis,
-        position_min=_number(limit, "lower", place, 0.0) if bounded else -DEFAULT_POSITION_RAD,
-        position_max=_number(limit, "upper", place) if bounded else DEFAULT_POSITION_RAD,
-        velocity_max=_number(limit, "velocity", place, DEFAULT_VELOCITY_RAD_S, zero_is_default=True),
-        torque_max=_number(limit, "effort", place, DEFAULT_TORQUE_NM, zero_is_default=True),
-        mimic=element.find("mimic") is not None,
+        limits=Limits() if limit is None else _limits(limit, kind, place),
+        mimics=None if mimic is None else mimic.get("joint", ""),
+    )
+
+
+def _limits(limit: ElementTree.Element, kind: str, place: str) -> Limits:
+    """Of lower and upper one that is missing is 0, as the format says. A velocity or effort of 0 stands for none."""
+    bounded = kind == "revolute" and not limit.attrib.keys().isdisjoint(("lower", "upper"))
+    return Limits(
+        lower=_number(limit, "lower", place, 0.0) if bounded else None,
+        upper=_number(limit, "upper", place, 0.0) if bounded else None,
+        velocity=_number(limit, "velocity", place, 0.0) or None,
+        torque=_number(limit, "effort", place, 0.0) or None,
     )
 
 
@@ -142,38 +194,41 @@ def _pose(origin: ElementTree.Element | None, place: str) -> Pose:
         return Pose()
     zero = np.zeros(3)
     position = _vector(origin, "xyz", place, zero)
-    return Pose(rotation_rpy(*_vector(origin, "rpy", place, zero)), position)
+    if origin.get("quat_xyzw") is None:
+        return Pose(rotation_rpy(*_vector(origin, "rpy", place, zero)), position)
+    if origin.get("rpy") is not None:
+        raise InputError(f"{place}: origin has both rpy and quat_xyzw")
+    x, y, z, w = _vector(origin, "quat_xyzw", place, count="four")
+    if not 0.9 < x * x + y * y + z * z + w * w < 1.1:
+        raise InputError(f'{place}: origin quat_xyzw="{origin.get("quat_xyzw")}" is no unit quaternion')
+    return Pose(rotation_quaternion(np.array([w, x, y, z])), position)
 
 
-def _vector(element: ElementTree.Element, key: str, place: str, default: Array | None = None) -> Array:
+def _vector(
+    element: ElementTree.Element, key: str, place: str, default: Array | None = None, *, count: str = "three"
+) -> Array:
     text = element.get(key)
     if text is None and default is not None:
         return default
     values = [_float(word, f"{place}, {element.tag} {key}") for word in (text or "").split()]
-    if len(values) != 3:
-        raise InputError(f'{place}: {element.tag} {key}="{text or ""}" is not three numbers')
+    if len(values) != {"three": 3, "four": 4}[count]:
+        raise InputError(f'{place}: {element.tag} {key}="{text or ""}" is not {count} numbers')
     return np.array(values)
 
 
-def _number(
-    element: ElementTree.Element | None,
-    key: str,
-    place: str,
-    default: float | None = None,
-    *,
-    zero_is_default: bool = False,
-) -> float:
-    text = None if element is None else element.get(key)
+def _number(element: ElementTree.Element, key: str, place: str, default: float | None = None) -> float:
+    text = element.get(key)
     if text is None:
         if default is None:
-            raise InputError(f"{place}: {key} is missing" + ("" if element is None else f" in <{element.tag}>"))
+            raise InputError(f"{place}: {key} is missing in <{element.tag}>")
         return default
-    value = _float(text, f"{place}, {key}")
-    return default if zero_is_default and value == 0.0 and default is not None else value
+    return _float(text, f"{place}, {key}")
 
 
 def _float(text: str, place: str) -> float:
     try:
+        if "_" in text or not text.isascii():  # Python's own liberties
+            raise ValueError
         value = float(text)
     except ValueError:
         hint = " (expand xacro first)" if "$" in text else ""
@@ -181,3 +236,55 @@ def _float(text: str, place: str) -> float:
     if not math.isfinite(value):
         raise InputError(f"{place}: '{text}' is not finite")
     return value
+
+
+# For another reader
+
+
+LINK, JOINT = "link ", "joint "  # prefixes, since a reader may have one name space for both
+_READABLE_KINDS = {"spherical": "floating"}  # of a joint that is locked, no more is asked than that it is known
+
+
+def essence(root: ElementTree.Element, changed: dict[str, Body]) -> bytes:
+    """What of a robot that read_urdf takes has to do with dynamics, as URDF: for a reader that may refuse the rest.
+
+    Attributes are copied as they are written. changed: bodies that take the place of the file's. The limits that a
+    reader may insist on are no part of it.
+    """
+    robot = ElementTree.Element("robot", name="robot", version="1.2")  # the first in which quat_xyzw is read
+    for link in root.findall("link"):
+        name = link.get("name", "")
+        made = ElementTree.SubElement(robot, "link", name=LINK + name)
+        inertial = link.find("inertial")
+        if name in changed:
+            _add_body(made, changed[name])
+        elif inertial is not None and not _is_frame(inertial):
+            _copy(inertial, ElementTree.SubElement(made, "inertial"), ("origin", "mass", "inertia"))
+    for joint in root.findall("joint"):
+        kind = joint.get("type", "")
+        made = ElementTree.SubElement(
+            robot, "joint", name=JOINT + joint.get("name", ""), type=_READABLE_KINDS.get(kind, kind)
+        )
+        _copy(joint, made, ("origin", "axis"))
+        for role in ("parent", "child"):
+            end = joint.find(role)
+            ElementTree.SubElement(made, role, link=LINK + ("" if end is None else end.get("link", "")))
+        ElementTree.SubElement(made, "limit", lower="-1", upper="1", effort="1", velocity="1")
+    return ElementTree.tostring(robot, encoding="utf-8")
+
+
+def _copy(element: ElementTree.Element, into: ElementTree.Element, tags: tuple[str, ...]) -> None:
+    for tag in tags:
+        found = element.find(tag)
+        if found is not None:
+            ElementTree.SubElement(into, tag, found.attrib)
+
+
+def _add_body(link: ElementTree.Element, body: Body) -> None:
+    inertial = ElementTree.SubElement(link, "inertial")
+    ElementTree.SubElement(inertial, "origin", xyz=" ".join(repr(float(x)) for x in body.com))
+    ElementTree.SubElement(inertial, "mass", value=repr(body.mass))
+    pairs = ((i, j) for i in range(3) for j in range(i, 3))
+    ElementTree.SubElement(
+        inertial, "inertia", {f"i{'xyz'[i]}{'xyz'[j]}": repr(float(body.inertia[i, j])) for i, j in pairs}
+    )

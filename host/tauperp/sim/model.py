@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauperp.robot import Robot
+from tauperp.robot.inertia import excess, possible
 
 TIP = "tip"
 PAYLOAD = "payload"
@@ -53,6 +54,8 @@ def build_spec(robot: Robot, *, timestep_s: float, mass_scale: NDArray[np.float6
 
 
 def _set_inertia(body: mujoco.MjsBody, mass: float, com: NDArray[np.float64], inertia: NDArray[np.float64]) -> None:
+    if excess(inertia)[0] > 0.0:  # a file's rounding, which a robot table may have and MuJoCo does not take
+        inertia = possible(inertia) + 1e-12 * np.eye(3)
     body.mass = mass
     body.ipos = com
     body.fullinertia = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
