@@ -24,7 +24,7 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 def read_toml(path: str | Path) -> dict[str, Any]:
     """The file's contents as nested dicts. Raises InputError if it is not there, not text, or not TOML."""
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
     except UnicodeDecodeError as error:

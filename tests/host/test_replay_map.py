@@ -231,7 +231,7 @@ def test_a_missing_column_is_named(tmp_path: Path, table: Table) -> None:
     for old, new, message in (
         ("/torques:data.joint{}", "/torques:data.axis{}", r"no field 'data\.axis1' in a message on '/torques'"),
         ("/torques:data.joint{}", "/none:joint{}", "no message on the topic '/none'"),
-        ("/torques:data.joint{}", "/camera:joint{}", "'/camera' is in cdr, and not in JSON"),
+        ("/torques:data.joint{}", "/camera:joint{}", "'/camera' is in cdr, and neither in JSON nor"),
         ("/torques:data.joint{}", "joint{}", "column 'joint1' has no topic"),
         ("/torques:data.joint{}", "/torques:data", "does not hold 7 values"),
     ):

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import can
@@ -74,8 +74,13 @@ def is_bus_log(path: Path) -> bool:
     return path.with_suffix("").suffix.lower() in BUS_LOGS if path.suffix == ".gz" else path.suffix in BUS_LOGS
 
 
-def read_motion(path: str | Path, joints: int, map_file: str | Path | None = None) -> Motion:
-    """Read one file. Raises InputError if it is damaged or holds no readings of so many joints."""
+def read_motion(
+    path: str | Path, joints: int, map_file: str | Path | None = None, *, names: Sequence[str] = ()
+) -> Motion:
+    """Read one file; names: of the joints, for messages with names.
+
+    Raises InputError if it is damaged or holds no readings of so many joints.
+    """
     path = Path(path)
     if is_bus_log(path):
         log = BusLog(path)
@@ -83,7 +88,7 @@ def read_motion(path: str | Path, joints: int, map_file: str | Path | None = Non
         if log.damage is not None:
             raise InputError(str(log.damage))
         return motion
-    recording = read_recording(path, joints, map_file)
+    recording = read_recording(path, joints, map_file, names=names)
     if recording.damage is not None:
         raise InputError(recording.damage)
     touched = recording.touched

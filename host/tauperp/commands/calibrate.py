@@ -57,12 +57,13 @@ def run(args: argparse.Namespace) -> int:
     source = args.config or "default"
     configuration = load_configuration(source, robot=args.robot)
     joints = configuration.robot.n
+    names = [joint.name for joint in configuration.robot.joints]
     with shown_progress("calibrate") as progress:
         if args.record_for is not None:
             motions = [_listen(args, joints, lambda share: progress(share, "listening"))]
         else:
-            motions = [read_motion(path, joints, args.map) for path in args.recordings]
-        rest = None if args.offsets is None else read_motion(args.offsets, joints, args.map)
+            motions = [read_motion(path, joints, args.map, names=names) for path in args.recordings]
+        rest = None if args.offsets is None else read_motion(args.offsets, joints, args.map, names=names)
         result = calibrate(
             motions,
             configuration,

@@ -17,6 +17,7 @@ from tauperp.recording.report import Scored, lines, report
 from tauperp.recording.score import FOUND_GOAL, TESTED_GOAL
 from tauperp.recording.timeline import BRIDGE_MS
 from tauperp.replay import Recording, read_recording
+from tauperp.replay.stamps import check_rate
 from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 from tauperp.sim.moment import Watch
 from tauperp.view.watching import add_watch_arguments, watching
@@ -80,15 +81,19 @@ def _score_all(
     args: argparse.Namespace, configuration: Configuration, task: TaskName, watch: Watch | None
 ) -> tuple[list[Scored], dict[str, str]]:
     """Every file that can be scored, and why the others cannot."""
+    joints = [joint.name for joint in configuration.robot.joints]
     scored: list[Scored] = []
     refused: dict[str, str] = {}
     names: dict[str, Path] = {}
     for path in args.tables:
         try:
-            recording = read_recording(path, configuration.robot.n, args.map)
+            recording = read_recording(path, configuration.robot.n, args.map, names=joints)
+            for note in recording.notes:
+                print(f"tauperp: {path}: {note}", file=sys.stderr)
             other = names.setdefault(recording.name, recording.path)
             if other != recording.path:
                 raise InputError(f"{path}: results would overwrite those of {other}, of the same name")
+            check_rate(recording)
             checks = _check(recording, configuration)
             playback = play(
                 recording,

@@ -53,7 +53,8 @@ def run(args: argparse.Namespace) -> int:
     elif args.trajectory is not None:
         from tauperp.calibrate.sources import read_motion
 
-        motion = read_motion(args.trajectory, robot.n, args.map)
+        names = [joint.name for joint in robot.joints]
+        motion = read_motion(args.trajectory, robot.n, args.map, names=names)
         rows = np.linspace(0, len(motion.q) - 1, min(FROM_TRAJECTORY, len(motion.q))).astype(int)
         postures, where = motion.q[rows], f"{len(rows)} postures of {motion.name}"
     else:

@@ -58,6 +58,7 @@ def _file(one: Scored) -> dict[str, Any]:
     return {
         "file": one.name,
         "damage": playback.recording.damage,
+        "notes": list(playback.recording.notes),
         "rate_hz": playback.configuration.settings.wire.rate_hz,
         "offsets": playback.offsets.report(),
         "gaps": playback.timeline.report(),

@@ -1,14 +1,20 @@
 """Which columns of a table are the joints' readings, in which units and signs: defaults, or a TOML file (`--map`).
 
+    [file]                  # of a .csv; found out if not said
+    separator = ";"
+    decimal = ","
+
     [time]
     column = "t"            # default: time
     unit = "ms"             # s, ms, us, ns
+    columns = ["stamp.sec", "stamp.nanosec"]    # or seconds and the nanoseconds to be added
 
     [position]
     column = "axis{}_deg"   # {} is the joint's number; default q{}
     first = 1               # the number of the first joint; default 0
     unit = "deg"            # rad, mrad, deg
     sign = [1, 1, -1, 1, 1, 1, 1]    # or one for all
+    wrap = true             # angles become those within +-pi
 
     [velocity]              # dq{};    rad/s, mrad/s, deg/s
     [torque]                # tau_J{}; Nm, cNm, mNm
@@ -24,10 +30,13 @@
     column = "touched"      # default label; there need not be one
 
 A column without {} holds a list with one value per joint, where the format has lists (.npz, .parquet, .mcap). In an
-.mcap file a column is "topic:field", with dots into objects; time may be "log_time" or "publish_time", both in ns.
+.mcap file a column is "topic:field", with dots into objects; time may be "log_time" or "publish_time", both in ns. Of a
+message with a list `name`, as ROS' JointState, the values are picked by the robot's joint names, or by
+
+    joints = ["joint_a", "joint_b", "joint_c"]    # at the top of the file
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -69,12 +78,25 @@ class _Joints(Table):
         return self
 
 
+class _File(Table):
+    separator: str | None = Field(default=None, min_length=1, max_length=1)
+    decimal: Literal[",", "."] | None = None
+
+
 class _Time(Table):
-    column: str = Field(default="time", min_length=1)
-    unit: Literal["s", "ms", "us", "ns"] = "s"
+    column: str | None = Field(default=None, min_length=1)
+    columns: list[str] | None = Field(default=None, min_length=2, max_length=2)
+    unit: Literal["s", "ms", "us", "ns"] | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> "_Time":
+        if self.columns is not None and (self.column is not None or self.unit is not None):
+            raise ValueError("columns are seconds and nanoseconds: without column and unit")
+        return self
 
 
 class _Position(_Joints):
+    wrap: bool = False
     unit: Literal["rad", "mrad", "deg"] = "rad"
 
 
@@ -96,6 +118,8 @@ class _Label(Table):
 
 
 class _MapFile(Table):
+    joints: list[str] | None = None
+    file: _File = _File()
     time: _Time = _Time()
     position: _Position = _Position()
     velocity: _Velocity = _Velocity()
@@ -120,29 +144,33 @@ class Column:
 class ColumnMap:
     """The columns for an arm with n joints. Widths add up to n, those of the acceleration to 3 or 0."""
 
-    time: Column
+    time: tuple[Column, ...]  # one, or two to be added
     position: tuple[Column, ...]
     velocity: tuple[Column, ...]
     torque: tuple[Column, ...]
     acceleration: tuple[Column, ...]
     label: Column
     label_needed: bool
+    separator: str | None = None  # of a .csv; None: to be found out
+    decimal: str | None = None
+    wrap: bool = False
+    names: tuple[str, ...] = ()  # of the joints, by which the values of a message with names are picked
 
     @property
     def readings(self) -> tuple[Column, ...]:
         """All but the label, in this order: time, position, velocity, torque, acceleration."""
-        return (self.time, *self.position, *self.velocity, *self.torque, *self.acceleration)
+        return (*self.time, *self.position, *self.velocity, *self.torque, *self.acceleration)
 
 
-def column_map(joints: int, path: str | Path | None = None) -> ColumnMap:
-    """The default columns, or what a map file says about them.
+def column_map(joints: int, path: str | Path | None = None, names: Sequence[str] = ()) -> ColumnMap:
+    """The default columns, or what a map file says about them. names: of the robot's joints, if the map has none.
 
     Raises InputError, with the file and the key's place, for what is unknown or does not fit so many joints.
     """
     source = "map" if path is None else str(path)
     file = _MapFile() if path is None else validate(_MapFile, read_toml(path), source)
 
-    def columns(place: str, table: _Joints, unit: float, default: str) -> tuple[Column, ...]:
+    def quantity(place: str, table: _Joints, unit: float, default: str) -> tuple[Column, ...]:
         signs = table.sign if isinstance(table.sign, list) else [table.sign] * joints
         own = table.factor if isinstance(table.factor, list) else [table.factor] * joints
         for key, values in (("sign", signs), ("factor", own)):
@@ -151,26 +179,35 @@ def column_map(joints: int, path: str | Path | None = None) -> ColumnMap:
         if 0.0 in own:
             raise InputError(f"{source}: {place}.factor: 0 makes nothing of joint {own.index(0.0) + 1}")
         factors = [sign * factor * unit for sign, factor in zip(signs, own, strict=True)]
-        names = table.columns
-        if names is None:
+        columns = table.columns
+        if columns is None:
             pattern = table.column or default
             if "{}" not in pattern:
                 return (Column(pattern, tuple(factors)),)
-            names = [pattern.replace("{}", str(table.first + joint)) for joint in range(joints)]
-        if len(names) != joints:
-            raise InputError(f"{source}: {place}.columns: {len(names)} names for {joints} joints")
-        return tuple(Column(name, (factor,)) for name, factor in zip(names, factors, strict=True))
+            columns = [pattern.replace("{}", str(table.first + joint)) for joint in range(joints)]
+        if len(columns) != joints:
+            raise InputError(f"{source}: {place}.columns: {len(columns)} names for {joints} joints")
+        return tuple(Column(name, (factor,)) for name, factor in zip(columns, factors, strict=True))
 
+    if file.joints is not None and len(file.joints) != joints:
+        raise InputError(f"{source}: joints: {len(file.joints)} names for {joints} joints")
+    stamp: tuple[Column, ...] = (Column(file.time.column or "time", (TIME_S[file.time.unit or "s"],)),)
+    if file.time.columns is not None:
+        stamp = tuple(Column(name, (TIME_S[unit],)) for name, unit in zip(file.time.columns, ("s", "ns"), strict=True))
     acceleration: tuple[Column, ...] = ()
     if file.acceleration is not None:
         unit = ACCELERATION_M_S2[file.acceleration.unit]
         acceleration = tuple(Column(name, (unit,)) for name in file.acceleration.columns)
     return ColumnMap(
-        time=Column(file.time.column, (TIME_S[file.time.unit],)),
-        position=columns("position", file.position, ANGLE_RAD[file.position.unit], "q{}"),
-        velocity=columns("velocity", file.velocity, SPEED_RAD_S[file.velocity.unit], "dq{}"),
-        torque=columns("torque", file.torque, TORQUE_NM[file.torque.unit], "tau_J{}"),
+        time=stamp,
+        position=quantity("position", file.position, ANGLE_RAD[file.position.unit], "q{}"),
+        velocity=quantity("velocity", file.velocity, SPEED_RAD_S[file.velocity.unit], "dq{}"),
+        torque=quantity("torque", file.torque, TORQUE_NM[file.torque.unit], "tau_J{}"),
         acceleration=acceleration,
         label=Column(file.label.column, (1.0,)),
         label_needed="label" in file.model_fields_set,
+        separator=file.file.separator,
+        decimal=file.file.decimal,
+        wrap=file.position.wrap,
+        names=tuple(file.joints or names),
     )

@@ -1,12 +1,14 @@
-"""Rows from an .mcap file with messages in JSON.
+"""Rows from an .mcap file with messages in JSON or in ROS 2's CDR.
 
 The topic of the first position column makes the rows: each of its messages is one. A column of another topic has the
-value of that topic's newest message before it; messages that come before every topic was heard are left out.
+value of that topic's newest message before it; messages that come before every topic was heard are left out. Where a
+message has a list `name` beside a list of values, as sensor_msgs/JointState, each joint's value is the one of its name.
 """
 
+import array
 import json
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,24 +16,27 @@ from typing import Any
 import numpy as np
 
 from tauperp.errors import InputError
-from tauperp.replay.mapping import Column
+from tauperp.replay.csv_table import Skipped
+from tauperp.replay.mapping import Column, ColumnMap
 from tauperp.replay.recording import FloatArray
 from tauperp.replay.table_damage import TableDamage, needs_extra
 
 _BLOCK_ROWS = 4096
 _OWN_TIMES = ("log_time", "publish_time")
 _MAGIC_BYTES = 8
+_SHOWN_NAMES = 10
 _RECORD_LIMIT = 1 << 28  # bytes of a record; a length beyond it is a broken file's
 
 
-def mcap_blocks(path: Path, columns: Sequence[Column], label: Column | None) -> Iterator[FloatArray]:
-    """Blocks of rows, (k, values), with the columns in their order.
+def mcap_blocks(path: Path, columns: ColumnMap, label: Column | None, skipped: Skipped) -> Iterator[FloatArray]:
+    """Blocks of rows, (k, values): the readings in their order, then the label.
 
-    Raises InputError if a topic or field is not there or not in JSON, TableDamage with the byte where the file ends or
-    breaks.
+    Raises InputError if a topic or field is not there or in another encoding, TableDamage with the byte where the file
+    ends or breaks.
     """
-    sources = [_Source.of(path, column) for column in ([*columns, label] if label else columns)]
-    row_topic = sources[1].topic  # of the first position
+    used = [*columns.readings, label] if label else list(columns.readings)
+    sources = [_Source.of(path, column, columns.names) for column in used]
+    row_topic = sources[len(columns.time)].topic  # of the first position
     topics = {source.topic for source in sources} - {""}
     newest: dict[str, Any] = {}
     rows: list[list[float]] = []
@@ -61,50 +66,102 @@ class _Source:
     column: Column
     topic: str  # empty: the stamps of the message that makes the row
     field: tuple[str, ...]
+    joints: tuple[str, ...]  # names to pick the values by
 
     @classmethod
-    def of(cls, path: Path, column: Column) -> "_Source":
+    def of(cls, path: Path, column: Column, joints: tuple[str, ...]) -> "_Source":
         if column.name in _OWN_TIMES:
-            return cls(column, "", (column.name,))
+            return cls(column, "", (column.name,), ())
         topic, colon, field = column.name.rpartition(":")
         if not (colon and topic and field):
             raise InputError(f"{path}: column '{column.name}' has no topic; name it 'topic:field' in a map (--map)")
-        return cls(column, topic, tuple(field.split(".")))
+        return cls(column, topic, tuple(field.split(".")), joints)
 
     def numbers(self, path: Path, stamps: dict[str, int], newest: dict[str, Any]) -> list[float]:
         """Raises InputError if there is no such field, or it does not hold the numbers that it should."""
         value: Any = newest[self.topic] if self.topic else stamps
+        parent: Any = None
         for name in self.field:
-            value = value.get(name) if isinstance(value, dict) else None
+            parent, value = value, _member(value, name)
             if value is None:
                 raise InputError(f"{path}: no field '{'.'.join(self.field)}' in a message on '{self.topic}'")
         values = value if self.column.width > 1 else [value]
+        if self.column.width > 1 and self.joints:
+            values = self._by_name(path, values, _member(parent, "name"))
         if not isinstance(values, list) or len(values) != self.column.width:
             raise InputError(f"{path}: '{self.column.name}' does not hold {self.column.width} values")
         if not all(isinstance(one, int | float) for one in values):
             raise InputError(f"{path}: '{self.column.name}' holds what is no number")
         return [float(one) for one in values]
 
+    def _by_name(self, path: Path, values: Any, names: Any) -> Any:
+        """The joints' values in their order, if the message has a name for each value."""
+        if not (isinstance(values, list) and isinstance(names, list) and len(names) == len(values)):
+            return values
+        missing = [joint for joint in self.joints if joint not in names]
+        if missing:
+            there = ", ".join(f"'{name}'" for name in names[:_SHOWN_NAMES])
+            raise InputError(
+                f"{path}: no joint '{missing[0]}' in a message on '{self.topic}' (it has {there}): name the robot's "
+                "joints in their order at the top of a map: joints = [...]"
+            )
+        return [values[names.index(joint)] for joint in self.joints]
+
+
+def _member(value: Any, name: str) -> Any:
+    """A member of a JSON object or of a decoded message; lists as lists; None if there is none."""
+    if isinstance(value, dict):
+        return value.get(name)
+    found = None if name.startswith("_") else getattr(value, name, None)
+    if isinstance(found, tuple | array.array | np.ndarray):
+        return list(found)
+    return None if callable(found) else found
+
+
+def _decoder(path: Path, channel: Any, schema: Any) -> Callable[[bytes], Any]:
+    """What makes an object of a message's bytes. Raises InputError for another encoding, or without its package."""
+    encoding = channel.message_encoding
+    if encoding == "json":
+        return json.loads
+    decode = None
+    if encoding == "cdr":
+        try:
+            from mcap_ros2.decoder import DecoderFactory
+        except ImportError as error:
+            raise needs_extra(path, "mcap-ros2-support") from error
+        try:
+            decode = DecoderFactory().decoder_for(encoding, schema)
+        except Exception as error:  # a schema that is damaged
+            raise InputError(f"{path}: '{channel.topic}': {' '.join(str(error).split())}") from error
+    if decode is None:
+        raise InputError(
+            f"{path}: '{channel.topic}' is in {encoding}, and neither in JSON nor ROS 2's CDR with a schema"
+        )
+    decoder: Callable[[bytes], Any] = decode
+    return decoder
+
 
 def _messages(path: Path, topics: set[str]) -> Iterator[tuple[str, dict[str, int], Any]]:
     """Topic, own times and content of every message on these topics, in the order of the file."""
     try:
         from mcap.exceptions import EndOfFile
-        from mcap.records import Channel, Message
+        from mcap.records import Channel, Message, Schema
         from mcap.stream_reader import StreamReader
     except ImportError as error:
         raise needs_extra(path, "mcap") from error
-    channels: dict[int, str] = {}
+    channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}
+    schemas: dict[int, Any] = {}
     count, begin_ns = 0, None
     with path.open("rb") as raw:
         try:
             for record in StreamReader(raw, validate_crcs=True, record_size_limit=_RECORD_LIMIT).records:
-                if isinstance(record, Channel) and record.topic in topics:
-                    if record.message_encoding != "json":
-                        raise InputError(f"{path}: '{record.topic}' is in {record.message_encoding}, and not in JSON")
-                    channels[record.id] = record.topic
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel) and record.topic in topics:
+                    channels[record.id] = (record.topic, _decoder(path, record, schemas.get(record.schema_id)))
                 elif isinstance(record, Message) and record.channel_id in channels:
-                    content = json.loads(record.data)
+                    topic, decode = channels[record.channel_id]
+                    content = decode(record.data)
                     # Since 1970 they are more nanoseconds than a float tells apart.
                     begin_ns = record.log_time if begin_ns is None else begin_ns
                     stamps = {
@@ -112,7 +169,7 @@ def _messages(path: Path, topics: set[str]) -> Iterator[tuple[str, dict[str, int
                         "publish_time": record.publish_time - begin_ns,
                     }
                     count += 1
-                    yield channels[record.channel_id], stamps, content
+                    yield topic, stamps, content
         except InputError:
             raise
         except Exception as error:  # its decompressors and decoders raise several types on a broken file

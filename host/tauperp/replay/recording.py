@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,6 +38,9 @@ class Recording:
     damage: str | None = None  # why the file could not be read beyond the last row
     line_by_line: bool = True  # a row is a line of the file
     acceleration: FloatArray | None = None  # (m, 3) m/s2, of the end-effector as commanded, base frame
+    where: IntArray | None = None  # (m,) each row's line or number in the file, from 1; None: the names, then all rows
+    notes: tuple[str, ...] = ()  # what was passed over or changed, for a person
+    time_column: str = "time"
 
     @property
     def period_us(self) -> int:
@@ -45,7 +49,9 @@ class Recording:
 
     def place(self, row: int) -> str:
         """Where a row is in the file, for a message."""
-        return place_of(self.path, row, self.line_by_line)
+        first = 2 if self.line_by_line else 1
+        number = row + first if self.where is None else int(self.where[row])
+        return place_of(self.path, number, self.line_by_line)
 
     @cached_property
     def touches(self) -> tuple[Touch, ...]:
@@ -63,6 +69,6 @@ class Recording:
         return next((touch for touch in self.touches if touch.first <= row < touch.last), None)
 
 
-def place_of(path: Path, row: int, line_by_line: bool) -> str:
-    """Where a row is: by its line, the first of which has the column names, or by its number from 1."""
-    return f"{path}:{row + 2}" if line_by_line else f"{path}: row {row + 1}"
+def place_of(path: Path, number: int, line_by_line: bool) -> str:
+    """Where a row is: its line in a file of lines, or its number, both from 1."""
+    return f"{path}:{number}" if line_by_line else f"{path}: row {number}"
