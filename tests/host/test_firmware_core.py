@@ -4,16 +4,19 @@ How exact they are is test_core_accuracy.py's.
 """
 
 import dataclasses
+import pydoc
 from collections.abc import Callable
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
 from tauperp import robot
 from tauperp.config import load_configuration
 from tauperp.errors import InputError
-from tauperp.firmware import Core
+from tauperp.firmware import Core, Guard
+from tauperp.sim.model import build_spec
 
 SEED = 20261122
 FLOAT32_PROJECTOR = 2e-5
@@ -176,6 +179,83 @@ def test_many_instants_at_once_are_the_same_as_one_by_one(core: Core) -> None:
     for i in range(3):
         for ours, one in zip(together, core.terms(positions[i], velocities[i]), strict=True):
             np.testing.assert_array_equal(ours[i], one)
+
+
+def recording(core: Core, rows: int) -> tuple[np.ndarray, ...]:
+    """An arm that moves slowly, and is pushed from the middle on."""
+    time = np.arange(rows)[:, None] * 1e-3
+    q = Q + 0.01 * np.sin(time * np.arange(1, core.n + 1))
+    qd = np.gradient(q, 1e-3, axis=0)
+    tau = core.terms(q, qd).gravity
+    tau[rows // 2 :, 3] += 5.0
+    return q, qd, tau
+
+
+@pytest.mark.parametrize("task", ["none", "payload", "contact"])
+def test_many_cycles_in_one_call_are_the_same_as_one_by_one(core: Core, task: Any) -> None:
+    q, qd, tau = recording(core, 60)
+    accel = np.random.default_rng(SEED).uniform(-1, 1, (60, 3))
+    core.reset()
+    together = core.step(q, qd, tau, task, accel)
+    core.reset()
+    for row in range(60):
+        one = core.step(q[row], qd[row], tau[row], task, accel[row])
+        np.testing.assert_array_equal(together.residual[row], one.residual)
+        np.testing.assert_array_equal(together.index[row], one.index)
+
+
+def test_a_task_may_change_from_row_to_row(core: Core) -> None:
+    q, qd, tau = recording(core, 40)
+    core.reset()
+    found = core.step(q, qd, tau, np.repeat([1, 3], 20)).index
+    core.reset()
+    first, second = core.step(q[:20], qd[:20], tau[:20], "none"), core.step(q[20:], qd[20:], tau[20:], "contact")
+    np.testing.assert_array_equal(found, np.concatenate([first.index, second.index]))
+    with pytest.raises(ValueError, match=r"task: shape \(3,\) of int64, must be whole numbers \(40,\)"):
+        core.step(q, qd, tau, [1, 1, 1])
+    with pytest.raises(ValueError, match=r"q\[1, 2\]: nan is not a finite number"):
+        core.step(np.where(np.arange(7) + 7 * np.arange(40)[:, None] == 9, np.nan, q), qd, tau, "none")
+
+
+def test_arrays_to_trips_is_one_call(core: Core) -> None:
+    q, qd, tau = recording(core, 200)
+    core.step(q, qd, -tau, "none")  # is forgotten
+    (trip,) = core.trips(q, qd, tau, "none")
+    assert trip.joint == 4
+    assert 100 < trip.row < 120
+    assert abs(trip.index_nm) > trip.threshold_nm > 0
+    assert core.trips(q[:100], qd[:100], tau[:100], "none") == []
+
+
+def test_the_basis_is_what_the_task_explains(core: Core) -> None:
+    jacobian = core.terms(Q, REST).jacobian
+    core.reset()
+    core.step(Q, REST, np.ones(7), "contact")
+    assert core.basis.shape == (7, 6)
+    np.testing.assert_allclose(core.basis[:, :3], jacobian[:3].T, atol=1e-6)
+    core.step(Q, REST, np.ones(7), "none")
+    assert core.basis.shape == (7, 0)
+
+
+def test_jacobians_of_links_are_the_motion_of_their_points(core: Core) -> None:
+    tip = core.robot.tip
+    np.testing.assert_allclose(core.link_jacobian(Q, 7, tip), core.terms(Q, REST).jacobian, atol=1e-6)
+    data = mujoco.MjData(model := build_spec(core.robot, timestep_s=1e-3).compile())
+    data.qpos[:7] = Q
+    mujoco.mj_forward(model, data)
+    point, body = np.array([0.02, -0.03, 0.1]), model.body(core.robot.joints[3].name).id
+    expected = np.zeros((6, model.nv))
+    place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
+    mujoco.mj_jac(model, data, expected[:3], expected[3:], place, body)
+    np.testing.assert_allclose(core.link_jacobian(Q, 4, point), expected[:, :7], atol=1e-6)
+    with pytest.raises(ValueError, match="link: 8, must be 1 to 7"):
+        core.link_jacobian(Q, 8)
+
+
+def test_an_object_says_what_it_is_and_help_is_short(core: Core) -> None:
+    assert repr(core) == "Core('ku_dex', 'float32', 'default'): 7 joints"
+    assert repr(Guard(core.configuration.block())).startswith("Guard: 7 joints, float32, UNINITIALISED")
+    assert max(len(line) for line in pydoc.render_doc(Core.step, renderer=pydoc.plaintext).splitlines()) < 200
 
 
 NAN = np.full(7, np.nan)

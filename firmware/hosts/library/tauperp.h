@@ -3,6 +3,7 @@
 #ifndef TAUPERP_H
 #define TAUPERP_H
 
+#include "arrays.h"
 #include "guard.h"
 #include "robot.h"
 #include "robot_side.h"

@@ -1,8 +1,11 @@
-"""The firmware's mathematics on numpy arrays: the same C functions that the guard runs, one at a time."""
+"""The firmware's mathematics on numpy arrays: the same C functions that the guard runs, one instant or many a call."""
+
+from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +43,15 @@ class Step(NamedTuple):
     index: FloatArray  # type: ignore[assignment]  # (n,) the task's index in the channel nearest to its threshold, Nm
 
 
+class CoreTrip(NamedTuple):
+    """The index of a joint has been above its threshold for the task's debounce time."""
+
+    row: int  # of the arrays, from 0
+    joint: int  # from 1
+    index_nm: float
+    threshold_nm: float
+
+
 class Core:
     """One arm's motion pass, momentum observer and indexes, in the firmware's own numbers.
 
@@ -55,7 +67,7 @@ class Core:
 
     def __init__(
         self,
-        robot: "str | Path | Robot",
+        robot: str | Path | Robot,
         numeric: Numeric = "float32",
         config: Configuration | str | Path | None = None,
         *,
@@ -75,27 +87,21 @@ class Core:
         self.robot = config.robot
         self.n = self.robot.n
         self._config = library.load_block(config.block(numeric))
-        self._motion = library.new("motion_t *")
-        self._observer = library.new("observer_t *")
-        self._acceleration = library.new("acceleration_t *")
-        self._index = library.new("index_t *")
-        self._bank = library.new("bank_t *")
-        self._detector = library.new("detector_t *")
+        self._stages = library.new("tauperp_core_t *")
         self._subspace = library.new("subspace_t *")
-        self._q, self._qd, self._tau = (_Vector(library, MAX_JOINTS) for _ in range(3))
+        self._tau = _Vector(library, MAX_JOINTS)
         self._columns = _Vector(library, MAX_COLUMNS * MAX_JOINTS)
         self._singular = _Vector(library, MAX_COLUMNS)
+        self._links: dict[tuple[int, tuple[float, ...]], Core] = {}  # arms that end at a point of a link
         self.reset()
+
+    def __repr__(self) -> str:
+        source = self.configuration.source
+        return f"Core({self.robot.name!r}, {self._library.numeric!r}, {source!r}): {self.n} joints"
 
     def reset(self) -> None:
         """Forget every step: the next one starts the observer at its sample, with a residual of zero."""
-        lib = self._library.lib
-        lib.motion_init(self._motion)
-        lib.observer_init(self._observer)
-        lib.acceleration_init(self._acceleration)
-        lib.index_init(self._index)
-        lib.bank_init(self._bank)
-        lib.detector_init(self._detector)
+        self._library.lib.tauperp_core_init(self._stages)
 
     def terms(self, q: npt.ArrayLike, qd: npt.ArrayLike) -> Terms:
         """Momentum, C^T qd, gravity torque and Jacobian at q (n,) rad and qd (n,) rad/s; or (m, n) for m instants.
@@ -103,24 +109,39 @@ class Core:
         Raises ValueError for wrong shapes, NaN or infinity, and OverflowError if Q9.22 cannot hold a result.
         """
         positions, velocities = np.asarray(q, float), np.asarray(qd, float)
-        if positions.ndim == 2:
-            if velocities.shape != positions.shape:
-                raise ValueError(f"qd: shape {velocities.shape}, but q has {positions.shape}")
-            if len(positions) == 0:
-                raise ValueError("q: no rows")
-            rows = [self.terms(*row) for row in zip(positions, velocities, strict=True)]
-            return Terms(*(np.stack(column) for column in zip(*rows, strict=True)))
-        self._q.set("q", positions, self.n)
-        self._qd.set("qd", velocities, self.n)
-        self._move()
-        motion, n, library = self._motion, self.n, self._library
-        jacobian = library.from_num(library.view(motion.jacobian)).reshape(TWIST_ROWS, MAX_JOINTS)[:, :n]
-        return Terms(
-            library.from_num(library.view(motion.momentum)[:n]),
-            library.from_num(library.view(motion.coriolis)[:n]),
-            library.from_num(library.view(motion.gravity)[:n]),
-            jacobian.copy(),
-        )
+        many = positions.ndim == 2
+        if many and velocities.shape != positions.shape:
+            raise ValueError(f"qd: shape {velocities.shape}, but q has {positions.shape}")
+        rows = _rows("q", positions, self.n)
+        places = self._numbers("q", positions, rows), self._numbers("qd", velocities, rows)
+        shapes = [(rows, self.n)] * 3 + [(rows, TWIST_ROWS, self.n)]
+        results = [np.empty(shape, self._library.scalar) for shape in shapes]
+        robot = self._library.ffi.addressof(self._config, "robot")
+        done = self._library.lib.tauperp_terms(robot, rows, *map(self._pointer, (*places, *results)))
+        self._check_rows(done, rows)
+        every = [self._library.from_num(result) for result in results]
+        return Terms(*(every if many else [one[0] for one in every]))
+
+    def link_jacobian(self, q: npt.ArrayLike, link: int, point: npt.ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+        """Jacobian (6, n) of a point of link `link` (from 1) at q (n,) rad, as `terms` gives it for the end-effector.
+
+        point   (3,) m in the link's joint frame; by default its origin
+
+        Its columns behind the link are zero. The torque of a force f at the point is jacobian[:3].T @ f. Raises
+        ValueError for a bad array or a link that the arm does not have.
+        """
+        if not 1 <= link <= self.n:
+            raise ValueError(f"link: {link}, must be 1 to {self.n}")
+        position, at = np.asarray(q, float), np.asarray(point, float)
+        _check("q", position, self.n)
+        _check("point", at, 3)
+        key = link, tuple(at.tolist())
+        if key not in self._links:
+            ends = replace(self.robot, joints=self.robot.joints[:link], capsules=self.robot.capsules[:link], tip=at)
+            self._links[key] = Core(ends, self._library.numeric)
+        jacobian = np.zeros((TWIST_ROWS, self.n))
+        jacobian[:, :link] = self._links[key].terms(position[:link], np.zeros(link)).jacobian
+        return jacobian
 
     def project(self, A: npt.ArrayLike, tau: npt.ArrayLike, tolerance: float) -> Projection:
         """Reject from tau (n,) what the columns of A (n, k) explain: d = tau - U_r U_r^T tau (eqs. 12 and 18).
@@ -159,53 +180,116 @@ class Core:
         q: npt.ArrayLike,
         qd: npt.ArrayLike,
         tau: npt.ArrayLike,
-        task: TaskName | int,
+        task: TaskName | int | npt.ArrayLike,
         accel: npt.ArrayLike | None = None,
     ) -> Step:
         """One cycle of the observer and of the task's index; cycles follow each other by the configured period.
 
-        q, qd, tau   (n,) rad, rad/s, Nm: link-side joint torque, positive as the drive turns the link
-        task         "none", "payload", "contact", or the wire's 1, 2, 3; may change with any step
-        accel        (3,) desired acceleration of the end-effector in the base frame, m/s^2; None is zero. Only the
-                     payload's index uses it.
+        q, qd, tau   (n,) rad, rad/s, Nm: link-side joint torque, positive as the drive turns the link; or (m, n) for m
+                     cycles in one call, with results (m, n)
+        task         "none", "payload", "contact", or the wire's 1, 2, 3; may change with any step; for m cycles also
+                     (m,) numbers
+        accel        (3,) desired acceleration of the end-effector in the base frame, m/s^2; None is zero; for m cycles
+                     also (m, 3). Only the payload's index uses it.
 
         The first step after `reset` gives a residual of zero. Raises ValueError for a bad array, InputError for a task
-        that is unknown or off in the configuration, and OverflowError if Q9.22 cannot hold a result.
+        that is unknown or off in the configuration, and OverflowError if Q9.22 cannot hold a result; the rows before
+        it are done then.
         """
-        config, lib = self._config, self._library.lib
-        number = self._task_number(task)
-        acceleration = _vec3(self._library, "accel", np.zeros(3) if accel is None else np.asarray(accel, float))
-        self._q.set("q", np.asarray(q, float), self.n)
-        self._qd.set("qd", np.asarray(qd, float), self.n)
-        self._tau.set("tau", np.asarray(tau, float), self.n)
-        self._move()
-        stages = (self._observer, self._acceleration, self._index, self._bank)
-        before = sum(stage.saturations for stage in stages)
-        observer, measured, index, bank = stages
-        task_row = config.task[number]
-        address = self._library.ffi.addressof
-        gains, robot = address(config, "observer"), address(config, "robot")
-        lib.observer_step(observer, gains, self.n, self._motion, self._tau.pointer, 1)
-        lib.acceleration_step(measured, address(config, "acceleration"), gains, observer, robot, self._motion,
-                              self._qd.pointer, acceleration, task_row.limits.mass_max_kg)  # fmt: skip
-        lib.index_step(index, address(config, "subspace"), address(task_row, "index"), robot, self._motion, observer,
-                       measured)  # fmt: skip
-        lib.bank_step(bank, address(config, "bank"), self.n, observer.gap, index.unexplained, 0)
-        lib.detector_step(self._detector, address(task_row, "detector"), self.n, bank)
-        self._check_saturations(sum(stage.saturations for stage in stages) - before)
-        view, n = self._library.view, self.n
-        return Step(
-            self._library.from_num(view(observer.residual)[:n]),
-            self._library.from_num(view(self._detector.value_nm)[:n]),
-        )
+        residual, index, _, _ = self._run(q, qd, tau, task, accel)
+        return Step(residual, index) if np.ndim(q) == 2 else Step(residual[0], index[0])
 
-    def _move(self) -> None:
-        """The motion pass over the joint buffers."""
-        motion, library = self._motion, self._library
-        before = motion.saturations
-        robot = library.ffi.addressof(self._config, "robot")
-        library.lib.motion_step(motion, robot, self._q.pointer, self._qd.pointer)
-        self._check_saturations(motion.saturations - before)
+    def trips(
+        self,
+        q: npt.ArrayLike,
+        qd: npt.ArrayLike,
+        tau: npt.ArrayLike,
+        task: TaskName | int | npt.ArrayLike,
+        accel: npt.ArrayLike | None = None,
+    ) -> list[CoreTrip]:
+        """Where the index of a recording goes above its threshold for the debounce time, from a `reset` on.
+
+        Arguments as for `step` with (m, n) arrays. One trip a crossing, at its first row. This is the mathematics
+        alone: no deadlines, no settling, no latch; tauperp.firmware.Guard is the whole guard.
+        """
+        self.reset()
+        _, index, threshold, tripped = self._run(q, qd, tau, task, accel)
+        starts = np.flatnonzero((tripped > 0) & np.concatenate([[True], tripped[:-1] == 0]))
+        return [
+            CoreTrip(row, joint, float(index[row, joint - 1]), float(threshold[row, joint - 1]))
+            for row, joint in ((int(row), int(tripped[row])) for row in starts)
+        ]
+
+    @property
+    def basis(self) -> FloatArray:
+        """A (n, k): the columns of torque that the task of the last step explains, Nm per N; k is 0 to 6."""
+        index, library = self._stages.index, self._library
+        columns = library.from_num(library.view(index.column)).reshape(MAX_COLUMNS, MAX_JOINTS)
+        basis: FloatArray = columns[: index.columns, : self.n].T.copy()
+        return basis
+
+    def _run(
+        self,
+        q: npt.ArrayLike,
+        qd: npt.ArrayLike,
+        tau: npt.ArrayLike,
+        task: TaskName | int | npt.ArrayLike,
+        accel: npt.ArrayLike | None,
+    ) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.uint8]]:
+        """Residual, index and threshold, (m, n) each, and (m,) the joint that is above its threshold, or 0."""
+        library, positions = self._library, np.asarray(q, float)
+        rows = _rows("q", positions, self.n)
+        tasks = self._tasks(task, rows)
+        wanted = np.zeros(3) if accel is None else np.asarray(accel, float)
+        if wanted.ndim == 1:
+            _check("accel", wanted, 3)
+            wanted = np.broadcast_to(wanted, (rows, 3))
+        places = [self._numbers("q", positions, rows)]
+        places += [self._numbers(name, np.asarray(one, float), rows) for name, one in (("qd", qd), ("tau", tau))]
+        places += [self._numbers("accel", wanted, rows, 3)]
+        results = [np.empty((rows, self.n), library.scalar) for _ in range(3)]
+        tripped = np.zeros(rows, np.uint8)
+        bytes_of = library.ffi.from_buffer
+        done = library.lib.tauperp_core_steps(
+            self._stages, self._config, rows, bytes_of("uint8_t[]", tasks), *map(self._pointer, (*places, *results)),
+            bytes_of("uint8_t[]", tripped))  # fmt: skip
+        self._check_rows(done, rows)
+        residual, index, threshold = (library.from_num(result) for result in results)
+        return residual, index, threshold, tripped
+
+    def _tasks(self, task: TaskName | int | npt.ArrayLike, rows: int) -> npt.NDArray[np.uint8]:
+        if isinstance(task, str | int):
+            return np.full(rows, self._task_number(cast("TaskName | int", task)), np.uint8)
+        numbers = np.asarray(task)
+        if numbers.shape != (rows,) or numbers.dtype.kind not in "iu":
+            raise ValueError(f"task: shape {numbers.shape} of {numbers.dtype}, must be whole numbers ({rows},)")
+        for number in np.unique(numbers):
+            self._task_number(int(number))
+        return numbers.astype(np.uint8)
+
+    def _numbers(self, name: str, values: FloatArray, rows: int, width: int | None = None) -> npt.NDArray[Any]:
+        """Checked values as num_t, (rows, width); width n by default. Raises ValueError, naming the argument."""
+        width = self.n if width is None else width
+        if rows == 1 and values.shape != (1, width):
+            _check(name, values, width)
+            values = values[None]
+        if values.shape != (rows, width):
+            raise ValueError(f"{name}: shape {values.shape}, must be ({rows}, {width})")
+        bad = ~np.isfinite(values)
+        if bad.any():
+            row, column = (int(at) for at in np.argwhere(bad)[0])
+            raise ValueError(f"{name}[{row}, {column}]: {values[row, column]} is not a finite number")
+        try:
+            return np.ascontiguousarray(self._library.to_num(values))
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from error
+
+    def _pointer(self, values: npt.NDArray[Any]) -> Any:
+        return self._library.ffi.from_buffer("num_t[]", values)
+
+    def _check_rows(self, done: int, rows: int) -> None:
+        if done < rows:
+            raise OverflowError(f"row {done}: a result does not fit into {self._library.numeric}")
 
     def _task_number(self, task: TaskName | int) -> int:
         names = {number: name for name, number in TASKS.items()}
@@ -248,13 +332,25 @@ def _check(name: str, values: FloatArray, length: int) -> None:
         raise ValueError(f"{name}[{at}]: {values[at]} is not a finite number")
 
 
+def _rows(name: str, values: FloatArray, width: int) -> int:
+    """How many instants an array is: one for (n,), m for (m, n)."""
+    if values.ndim != 2:
+        _check(name, values, width)
+        return 1
+    if len(values) == 0:
+        raise ValueError(f"{name}: no rows")
+    if values.shape[1] != width:
+        raise ValueError(f"{name}: shape {values.shape}, must be (m, {width})")
+    return len(values)
+
+
 def _vec3(library: Library, name: str, values: FloatArray) -> Any:
     _check(name, values, 3)
     x, y, z = library.to_num(values).tolist()
     return {"x": x, "y": y, "z": z}
 
 
-def _loaded(robot: "str | Path | Robot", chain: Mapping[str, Any]) -> "Robot":
+def _loaded(robot: str | Path | Robot, chain: Mapping[str, Any]) -> Robot:
     from tauperp import robot as robots
 
     if not isinstance(robot, robots.Robot):

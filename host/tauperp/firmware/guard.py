@@ -1,5 +1,7 @@
 """The whole guard: frames and time in, a verdict with its frames out, as a board would drive it."""
 
+from __future__ import annotations
+
 import dataclasses
 import enum
 from typing import Any
@@ -174,6 +176,10 @@ class Guard:
         if status != _GUARD_OK:
             raise InputError(f"configuration block: {_REFUSALS.get(status, f'refused with status {status}')}")
         self._lib.guard_note_start(self._guard, int(start), restarts, int(variant))
+
+    def __repr__(self) -> str:
+        state, trips = State(self._output.state).name, self._output.trip_number
+        return f"Guard: {self.n} joints, {self.library.numeric}, {state} at the last tick, trip {trips}"
 
     @property
     def counters(self) -> dict[str, int]:
