@@ -17,6 +17,7 @@ include tools/make/unit.mk
 include tools/make/linux.mk
 include tools/make/check.mk
 include tools/make/boards.mk
+include tools/make/docs.mk
 
 .PHONY: help demo arms figures campaign-figures clean
 

@@ -2,8 +2,8 @@
  *
  * The dynamics of an arm are wrong if q, qd and tau of its joints belong to different instants. Every joint samples on
  * the Sync frame and puts the low nibble of that cycle into its counter, so a reading is taken only when that nibble
- * is the one of the current Sync. A cycle whose readings do not all arrive is dropped whole by the next Sync. Whoever
- * uses a complete snapshot takes it, once, and learns how many cycles its observer has to bridge since the last one.
+ * is the one of the current Sync. A cycle whose readings do not all arrive is dropped by the next Sync. The user of a
+ * complete snapshot takes it once, and learns how many cycles its observer must bridge since the last one.
  *
  * The nibble cannot tell a frame from one 16 cycles older: the guard looks at two more bits of the cycle, which leaves
  * multiples of 64. Nor can it tell a gap from the same gap plus 65536 cycles: the guard's deadlines are shorter. Units: rad, rad/s, Nm; joints count from 0.

@@ -20,7 +20,7 @@ static bool is_sync(const can_frame_t *frame, struct tauperp_sync_t *message) {
     return true;
 }
 
-/* Cycles that time goes on by for a Sync of this cycle. */
+/* Cycles by which guard time advances for a Sync of this cycle. */
 static uint32_t steps_to(lockstep_t *self, uint16_t cycle) {
     const uint16_t ahead = (uint16_t)(cycle - self->newest);
     if (ahead == 0u) {

@@ -1,17 +1,17 @@
 /* lockstep: guard time as bus time, for a robot that is simulated and waits for every answer.
  *
- * What the guard is told, and when, is a function of the order of the frames alone, never of how long anything took:
- *   1. Guard time is period x cycles, whole cycles counted from the first Sync. Frames count as come in at the time of
- *      the Sync before them. Only a Sync with a good CRC moves time; forward by the difference of its cycle to the
- *      newest one, at most LOCKSTEP_MAX_STEP (beyond it every deadline has passed anyway); not at all if it repeats
- *      the newest or lies behind it. Two in a row behind it are a robot that started anew: time goes on with them.
- *   2. Every cycle gets exactly one tick, at its time: as soon as its joint readings are complete; else, and for
- *      cycles whose Sync never came, when the next Sync comes, before it is received.
- *   3. A robot that waits for the answer to a cycle with a lost frame would wait for ever. So when the bus has been
- *      silent for LOCKSTEP_SILENCE_US of real time, the tick of rule 2 is made early; if the cycle has had its tick
- *      and joint readings came in since, they are those of a cycle without Sync: time goes on by one cycle and that
- *      gets its tick. Then nothing until the next frame: a silent bus has no time.
- * A library that is driven in lockstep (frames of cycle k at k x period, then the tick) makes the same calls.
+ * The calls of the guard and their times depend only on the order of the frames, never on durations:
+ *   1. Guard time is period x cycles, counted from the first Sync. A frame is received at the time of the Sync before
+ *      it. Only a Sync with a valid CRC advances time: by the difference of its cycle to the newest one, at most
+ *      LOCKSTEP_MAX_STEP (beyond it every deadline has passed), and not at all if it repeats the newest or is older.
+ *      Two older ones in a row come from a restarted robot: time continues with them.
+ *   2. Each cycle gets exactly one tick at its time: when its joint readings are complete; otherwise, and for cycles
+ *      whose Sync was lost, just before the next Sync is received.
+ *   3. A robot that waits for the answer to a cycle with a lost frame would wait for ever. After LOCKSTEP_SILENCE_US
+ *      of real time without a frame, the tick of rule 2 is made early. If that cycle has had its tick and joint
+ *      readings arrived since, they belong to a cycle whose Sync was lost: time advances by one cycle, and that cycle
+ *      gets its tick. After that nothing happens until the next frame.
+ * A library driven in lockstep (frames of cycle k at k x period, then the tick) makes the same calls.
  */
 #ifndef TAUPERP_LOCKSTEP_H
 #define TAUPERP_LOCKSTEP_H

@@ -4,7 +4,7 @@
  * wraps from 15 to 0. The CRC covers every byte behind it, then one byte of the message's 16 data ids, picked by the
  * counter: a frame of another message is a wrong CRC (AUTOSAR FO PRS E2EProtocol, chapter on profile 2).
  *
- * The counter cannot tell a gap from the same gap plus 16 frames. Whoever receives must hold a deadline shorter than
+ * The counter cannot tell a gap from the same gap plus 16 frames. The receiver must hold a deadline shorter than
  * 16 cycles on every periodic message.
  *
  * Both state structs start as all zero bytes. Lengths are 2 to 255 bytes, ids are 16 bytes; none is checked here: the

@@ -53,7 +53,7 @@ void plant_start(plant_t *self, const kernel_setup_t *setup, const kernel_run_t 
                  mjData *nominal) {
     *self = (plant_t){.setup = setup, .run = run, .model = model, .data = data, .nominal = nominal};
     load_masses(setup, run, model, data);
-    /* The controller knows its payload, as robots do that are told of it; the guard does not. */
+    /* The controller knows its payload; the guard does not. */
     attach(setup, run, (mjModel *)setup->nominal);
     mj_setConst((mjModel *)setup->nominal, nominal);
     mj_resetData(model, data);

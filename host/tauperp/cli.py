@@ -92,6 +92,13 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
     return parser
 
 
+def command_help(name: str) -> str:
+    """Help text of one subcommand, as `tauperp NAME --help` prints it."""
+    parser = _parser(name)
+    choices = next(action.choices for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    return str(choices[name].format_help())
+
+
 def _message(error: InputError | OSError) -> str:
     """One line for a person, whatever was in the exception."""
     text = str(error)

@@ -11,8 +11,8 @@ from tauperp.errors import InputError
 from tauperp.experiment import Setup
 from tauperp.sim.pace import Patience
 
-GUARD_HELP = """With a bus that is named, the guard is whoever answers on it (exit code 2 if nobody does); without one,
-or on python-can's virtual bus, it is the firmware's library in this process."""
+GUARD_HELP = """On a named bus, the guard is the node that answers (exit code 2 if none does). Without a bus, or on
+python-can's virtual bus, it is the firmware's library in this process."""
 LONGEST_PATIENCE_S = 3600.0
 
 

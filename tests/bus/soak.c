@@ -14,7 +14,7 @@
  *   - a push of 5 Nm ends it while it lasts.
  * Corruption is of 1 to 3 bits. The CRC finds all of it outside the counter; a flipped counter bit picks another data
  * id as well, and then about one in 1,400 is right by chance. What is right by chance, corrupted or inserted, is no
- * fault that any check could see, and is drawn anew. Exit 1 at the first breach. Prints one JSON object.
+ * fault that any check could see, and is drawn again. Exit 1 at the first breach. Prints one JSON object.
  */
 #include "soak.h"
 

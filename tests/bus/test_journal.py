@@ -118,7 +118,7 @@ def test_lines_for_a_stdout_that_is_closed_do_not_go_to_the_bus(
 def test_its_memory_is_the_same_after_everything_as_after_its_first_line(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
-    """Whoever allocates has a heap or maps pages; libc too."""
+    """A process that allocates has a heap or maps pages; libc does too."""
     process = start(calm, program=bus_guard.RELEASE)
     before = _maps(process)
     robot = Robot(calm, wire, bus)
@@ -132,7 +132,7 @@ def test_its_memory_is_the_same_after_everything_as_after_its_first_line(
     run("ip", "link", "del", "vcan0")
     run("ip", "link", "add", "vcan0", "type", "vcan")
     run("ip", "link", "set", "vcan0", "mtu", "72", "up")
-    process.wait_for_bus("opened anew")
+    process.wait_for_bus("reopened")
     after = _maps(process)
     assert [line for line in after if "[stack]" in line]
     assert [line for line in after if "[heap]" in line] == []

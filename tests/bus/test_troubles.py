@@ -55,7 +55,7 @@ def test_an_interface_that_is_removed_and_made_again_is_opened_anew(
     process.wait_for_state("Stopped", "BusDown", after=lines)
     run("ip", "link", "add", "vcan0", "type", "vcan")
     run("ip", "link", "set", "vcan0", "mtu", "72", "up")
-    process.wait_for_bus("opened anew")
+    process.wait_for_bus("reopened")
     with open_channel("vcan0") as again:
         back = Robot(calm, wire, again)
         back.live(1.0, CALM_PERIOD_S)

@@ -1,4 +1,4 @@
-"""The method in float64, written anew on numpy, Pinocchio and LAPACK: what the firmware's decisions are measured by."""
+"""The method in float64 on numpy, Pinocchio and LAPACK, written independently of the firmware: the tests' reference."""
 
 import numpy as np
 

@@ -22,7 +22,7 @@ class Terminal:
     """Runs a Python program at `columns` x `rows`; a context manager that leaves nothing running."""
 
     def __init__(self, arguments: Sequence[str], columns: int, rows: int, kind: str = "xterm-256color") -> None:
-        # The real screen is as wide as the program is told; this one shows what it writes beyond that edge.
+        # The real screen has the width that the program sees; this one shows what it writes beyond that edge.
         self.screen = pyte.Screen(columns + BEYOND, rows)
         self._stream = pyte.Stream(self.screen)
         self._decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")

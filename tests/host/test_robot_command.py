@@ -1,6 +1,7 @@
 """`tauperp robot`, the C that it writes, and tools/robot2c that keeps the shipped tables current."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -110,8 +111,10 @@ def test_a_description_reads_back_as_itself(name: str, tmp_path: Path) -> None:
 
 
 def robot2c(*options: str, root: Path = ROOT) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, str(ROOT / "tools" / "robot2c"), *options]
-    environment = {"PYTHONPATH": str(root / "host"), "PATH": "/usr/bin:/bin"}
+    """The tool with the package in `root`; -S, because the editable installation would bring the checkout's."""
+    command = [sys.executable, "-S", str(ROOT / "tools" / "robot2c"), *options]
+    packages = [str(root / "host"), *(entry for entry in sys.path if "site-packages" in entry)]
+    environment = {"PYTHONPATH": os.pathsep.join(packages), "PATH": "/usr/bin:/bin"}
     return subprocess.run(command, capture_output=True, text=True, env=environment)
 
 

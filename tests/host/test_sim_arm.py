@@ -80,7 +80,7 @@ def test_brakes_hold_the_arm_with_a_payload_and_without_motors(robot: Robot) -> 
     for _ in range(1000):
         sample = arm.step(np.zeros(robot.n))
     assert np.abs(sample.position - start).max() < 1e-3
-    assert np.allclose(sample.torque, weight, atol=0.1)  # the sensors carry the weight, whoever holds the motors
+    assert np.allclose(sample.torque, weight, atol=0.1)  # the sensors carry the weight, braked or controlled
     arm.brake(False)
     for _ in range(200):
         sample = arm.step(np.zeros(robot.n))

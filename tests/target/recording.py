@@ -191,7 +191,7 @@ def record_experiment(name: str, numeric: Numeric, robot: str) -> Path:
 
 
 def record_random(robot: Robot, numeric: Numeric, ticks: int, seed: int) -> Path:
-    """Ticks of guards that start anew, in random states, many of them singular, and with random faults."""
+    """Ticks of newly started guards in random states, many of them singular, and with random faults."""
     made_of = f"{robot.name} {ticks} {seed}".encode() + configurations_of(robot)[0].block(numeric)
 
     def make() -> Recorder:

@@ -21,7 +21,7 @@ typedef struct {
 
 void states_jump(bench_state_t *self, const guard_config_t *config, random_t *random);
 
-/* Goes on by one period; joints that would leave their range turn back. */
+/* Advances by one period; joints that would leave their range reverse. */
 void states_advance(bench_state_t *self, const guard_config_t *config, random_t *random);
 
 /* State number `index` from the one before it: a jump for an even one. True for a jump. */

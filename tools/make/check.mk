@@ -22,7 +22,7 @@ host-test: library library-fixed kernel venv ## tests of the host package, and o
 	@if [ -z "$(wildcard tests/host/test_*.py)" ]; then $(call skip,$@,there are no tests in tests/host); \
 	    else $(call run_pytest,$@,-n $(JOBS) tests/host); fi
 
-# By the clock, on a machine that others use as well: what fails gets a second attempt, which is told (RERUN).
+# By the clock, on a machine that others use as well: what fails gets a second attempt, which is reported (RERUN).
 AGAIN := --reruns 1 -rR
 
 bus-test: library venv ## tests on a real vcan0 (this kernel's or User-Mode Linux's)
@@ -79,6 +79,7 @@ lint-format: venv
 
 lint-python: venv
 	@$(VENV)/bin/ruff check --quiet $(PYTHON_SOURCES)
+	@$(VENV)/bin/python tools/prose
 
 lint-types: venv
 	@$(VENV)/bin/mypy --no-error-summary
@@ -91,7 +92,7 @@ format: venv ## format C and Python in place
 # Generated C: written from the DBC and from the robots' descriptions, committed, never edited.
 GENERATORS = $(wildcard tools/dbc2c tools/robot2c tools/names2c)
 
-generate: venv ## write the generated C anew (DBC codec, robot tables)
+generate: venv ## write the generated C (DBC codec, robot tables, names)
 	@for generator in $(GENERATORS); do $(VENV)/bin/python $$generator; done
 
 generate-check: venv ## are the committed generated files current?

@@ -35,7 +35,7 @@ $(BUILD)/object/library-$(1)/%.o: %.c tools/make/firmware.mk
 	@echo 'cc $$< ($(1))'
 	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC $(LIBRARY_INCLUDES) $(STRICT) -c -o $$@ $$<
 
-# Linked beside its name and moved: whoever has the old library loaded keeps it.
+# Linked beside its name and moved: a process that has loaded the old library keeps it.
 $(DIR_$(1))/libtauperp.so: $$(LIBRARY_OBJECTS_$(1))
 	@mkdir -p $$(@D)
 	@$$(CC) -shared -Wl,-z,defs -o $$@.new $$^

@@ -85,7 +85,7 @@ const char *block_problem(guard_status_t status) {
     case GUARD_BAD_MAGIC:
         return "not a configuration block (made by 'tauperp config FILE -o OUT')";
     case GUARD_BAD_SCHEMA:
-        return "made for another version of the firmware; make it anew by 'tauperp config'";
+        return "made for another version of the firmware; make it again with 'tauperp config'";
     case GUARD_BAD_SIZE:
         return "the size that it states is not that of a block of this firmware";
     case GUARD_BAD_CRC:
@@ -93,7 +93,7 @@ const char *block_problem(guard_status_t status) {
     case GUARD_BAD_NUMERIC:
         return "made for the other number type (see 'tauperp config --numeric')";
     case GUARD_BAD_WIRE:
-        return "made for another DBC; make it anew by 'tauperp config'";
+        return "made for another DBC; make it again with 'tauperp config'";
     case GUARD_BAD_ROBOT:
         return "its robot table is not one";
     case GUARD_BAD_TIMING:

@@ -6,8 +6,8 @@
  * reception is always on, so that a frame of the wrong format is seen, refused and counted by the guard. A remote
  * request or 29-bit frame is likewise let through or kept out by its id alone.
  *
- * An interface that goes down, or is removed and made again, is told once as an event, then the socket goes on or is
- * opened anew by bus_reopen. Nothing here blocks, and nothing allocates in this process.
+ * An interface that goes down, or is removed and made again, is reported once as an event, then the socket goes on or
+ * is reopened by bus_reopen. Nothing here blocks, and nothing allocates in this process.
  */
 #ifndef TAUPERP_LINUX_BUS_H
 #define TAUPERP_LINUX_BUS_H

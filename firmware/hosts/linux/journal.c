@@ -81,7 +81,7 @@ static void begin(const journal_t *self, line_t *line, const char *event, uint64
 }
 
 static ssize_t put(const journal_t *self, const line_t *line) {
-    /* What is left of a torn line is not this one's beginning. */
+    /* After a torn line, start with its line break. */
     const char *const text = self->torn ? line->text : &line->text[1];
     const size_t length = self->torn ? line->length : (line->length - 1u);
     const ssize_t written =
@@ -102,15 +102,16 @@ static void end(journal_t *self, line_t *line) {
     }
 }
 
-/* Whoever has our stdout has its flags too: it is opened anew, not set not to wait. A file is never waited for long. */
+/* Other processes share the flags of our stdout, so it is reopened non-blocking. A write to a file does not wait long.
+ */
 static void find_out(journal_t *self) {
     struct stat kind = {0};
     self->out = STDOUT_FILENO;
     if (fstat(STDOUT_FILENO, &kind) == 0) {
         self->is_socket = S_ISSOCK(kind.st_mode);
         if (S_ISCHR(kind.st_mode) || S_ISFIFO(kind.st_mode)) {
-            const int anew = open("/proc/self/fd/1", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-            self->out = (anew >= 0) ? anew : STDOUT_FILENO;
+            const int reopened = open("/proc/self/fd/1", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+            self->out = (reopened >= 0) ? reopened : STDOUT_FILENO;
         }
     }
 }

@@ -30,7 +30,7 @@ typedef struct {
     bool json;
     bool verbose;
     uint64_t dropped; /* lines */
-    int out;          /* stdout, or the same opened anew so that a write does not wait */
+    int out;          /* stdout, or the same reopened so that a write does not wait */
     bool is_socket;   /* as under systemd */
     bool torn;        /* the last line went out in part */
 } journal_t;

@@ -67,7 +67,7 @@ static void look_for_interface(loop_t *self, uint64_t now_us) {
     if ((self->bus.socket < 0) && bus_reopen(&self->bus)) {
         self->overflows = 0;
         if (watch(self, self->bus.socket)) {
-            journal_bus(&self->journal, journal_time(self, now_us), "opened anew", NULL);
+            journal_bus(&self->journal, journal_time(self, now_us), "reopened", NULL);
         } else {
             bus_close(&self->bus);
         }
@@ -162,7 +162,7 @@ static void timer_tick(loop_t *self) {
 
 /* --- frames ------------------------------------------------------------------------------------------------------- */
 
-/* The guard itself withdraws the permission (ANOTHER_GUARD); here it does so at once, and is told. Frames that this
+/* The guard itself withdraws the permission (ANOTHER_GUARD); here it does so at once, and reports it. Frames that this
  * process sends do not come back to it. */
 static void look_for_company(loop_t *self, const can_frame_t *frame, uint64_t now_us) {
     if (frame->id != protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id) {
@@ -258,7 +258,7 @@ static sigset_t ending_signals(void) {
 void loop_hold_signals(void) {
     const sigset_t ending = ending_signals();
     (void)sigprocmask(SIG_BLOCK, &ending, NULL);
-    (void)signal(SIGPIPE, SIG_IGN); /* whoever read the log has gone */
+    (void)signal(SIGPIPE, SIG_IGN); /* the reader of the log has gone */
 }
 
 static bool begin(loop_t *self) {

@@ -10,7 +10,7 @@ from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 
 HELP = f"""One of the paper's two experiments, simulated in MuJoCo against the compiled firmware over a CAN bus:
-handling payloads nobody told the guard about (Fig. 7), or hand guiding (Fig. 9), with collisions. Another arm gets one
+handling payloads that the guard does not know (Fig. 7), or hand guiding (Fig. 9), with collisions. Another arm gets one
 that it can do, and its changes are listed. Writes NAME.json and NAME.png. Exit code 0 if every collision stopped the
 robot, nothing else did, and the index stayed below 0.5 Nm otherwise. {GUARD_HELP}"""
 

@@ -10,7 +10,7 @@ from tauperp.sim.trace import Trace
 from tauperp.view.timeline import ALARM, CONTACT, MUTED, Mark, Span, Timeline, draw
 
 TITLES = {
-    "payload": "Handling a payload nobody told the guard about",
+    "payload": "Handling a payload that the guard does not know",
     "contact": "Guided by hand, struck on the body",
 }
 SYMBOLS = {"off": "d", "r": "r", "d_p": "d_p", "d_e": "d_e"}
