@@ -6,8 +6,8 @@
  * complete snapshot takes it once, and learns how many cycles its observer must bridge since the last one.
  *
  * The nibble cannot tell a frame from one 16 cycles older: the guard looks at two more bits of the cycle, which leaves
- * multiples of 64. Nor can it tell a gap from the same gap plus 65536 cycles: the guard's deadlines are shorter. Units: rad, rad/s, Nm; joints count from 0.
- * Cost: constant per call, about 25 instructions.
+ * multiples of 64. Nor can it tell a gap from the same gap plus 65536 cycles: the guard's deadlines are shorter. Units:
+ * rad, rad/s, Nm; joints count from 0. Cost: constant per call, about 25 instructions.
  */
 #ifndef TAUPERP_SNAPSHOT_H
 #define TAUPERP_SNAPSHOT_H

@@ -1,6 +1,6 @@
 """A short film of a stop, slowed down: what a camera beside the arm would have seen. One animated picture in memory.
 
-`Camera` is a watch: it keeps where everything was, ten times less often than it is told. After the run `film` draws the
+`Camera` is a watch: it keeps where everything was, at every tenth call. After the run `film` draws the
 stop off screen (see tauperp.view.scene for what that needs).
 """
 
