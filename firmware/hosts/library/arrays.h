@@ -1,7 +1,7 @@
 /* arrays: the firmware's mathematics over many instants in one call, for numpy. No wire, no guard, no clock.
  *
- * All arrays are dense, row by row: `rows` times joint_count numbers, if nothing else is said. The functions stop before
- * the first row in which the numeric type cannot hold a result, and return the number of rows that are done.
+ * All arrays are dense, row by row: `rows` times joint_count numbers, if nothing else is said. The functions stop
+ * before the first row in which the numeric type cannot hold a result, and return the number of rows that are done.
  */
 #ifndef TAUPERP_ARRAYS_H
 #define TAUPERP_ARRAYS_H
