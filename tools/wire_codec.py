@@ -13,6 +13,7 @@ from tauperp.errors import InputError
 
 PREFIX = "tauperp"
 INDENT = "    "
+CHOICES_MAX = 4
 
 
 def snake(name: str) -> str:
@@ -110,9 +111,12 @@ def unpack_function(message: Message) -> list[str]:
 
 
 def choice_lines(messages: Iterable[Message]) -> list[str]:
+    """Value tables as macros, but for the long ones: values.h has those as enumerations."""
     lines = []
     for message in messages:
         for signal in message.signals:
+            if len(signal.choices or {}) > CHOICES_MAX:
+                continue
             for value, text in (signal.choices or {}).items():
                 name = "_".join((PREFIX, snake(message.name), snake(signal.name), snake(str(text)), "CHOICE")).upper()
                 lines.append(f"#define {name} {int(value)}u")

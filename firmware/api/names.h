@@ -48,9 +48,12 @@
 #define e2e_transmitter_holds TAUPERP_INTERNAL(e2e_transmitter_holds)
 
 /* wire/generated */
+#define guard_reason_name TAUPERP_INTERNAL(guard_reason_name)
+#define guard_state_name TAUPERP_INTERNAL(guard_state_name)
 #define protocol_receive TAUPERP_INTERNAL(protocol_receive)
 #define protocol_slot TAUPERP_INTERNAL(protocol_slot)
 #define protocol_transmit TAUPERP_INTERNAL(protocol_transmit)
+#define reason_class_of TAUPERP_INTERNAL(reason_class_of)
 #define tauperp_guard_index_pack TAUPERP_INTERNAL(tauperp_guard_index_pack)
 #define tauperp_guard_reset_unpack TAUPERP_INTERNAL(tauperp_guard_reset_unpack)
 #define tauperp_guard_status_pack TAUPERP_INTERNAL(tauperp_guard_status_pack)

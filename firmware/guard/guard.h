@@ -48,64 +48,9 @@
 #include "frame.h"
 #include "protocol.h"
 #include "snapshot.h"
+#include "values.h"
 
 #define GUARD_MAX_FRAMES 2u /* that one tick puts out */
-
-typedef enum {
-    GUARD_STATE_UNINITIALISED = 0,
-    GUARD_STATE_SELF_TEST = 1,
-    GUARD_STATE_WAITING = 2, /* no complete fresh input yet */
-    GUARD_STATE_MONITORING = 3,
-    GUARD_STATE_STOPPED = 4, /* latched by a collision or an input fault */
-    GUARD_STATE_FAULT = 5    /* latched until restart */
-} guard_state_t;
-
-/* Why motion is not permitted; the values of StopCommand.Reason in the DBC. */
-typedef enum {
-    GUARD_REASON_UNINITIALISED = 0,
-    GUARD_REASON_NONE = 1, /* it is permitted */
-    GUARD_REASON_SELF_TEST = 2,
-    GUARD_REASON_WAITING_SYNC = 3,
-    GUARD_REASON_WAITING_JOINT = 4,
-    GUARD_REASON_WAITING_TASK = 5,
-    GUARD_REASON_COLLISION = 6,
-    GUARD_REASON_SYNC_TIMEOUT = 7,
-    GUARD_REASON_JOINT_TIMEOUT = 8,
-    GUARD_REASON_TASK_TIMEOUT = 9,
-    GUARD_REASON_TASK_INVALID = 10,
-    GUARD_REASON_SENSOR_STATUS = 11,
-    GUARD_REASON_INPUT_RANGE = 12,
-    GUARD_REASON_TICK_LATE = 13, /* from here to 18: FAULT */
-    GUARD_REASON_TICK_OVER_BUDGET = 14,
-    GUARD_REASON_CONFIG_CORRUPT = 15,
-    GUARD_REASON_STATE_CORRUPT = 16,
-    GUARD_REASON_SELF_TEST_FAILED = 17,
-    GUARD_REASON_STAGE_MISSED = 18,
-    GUARD_REASON_BUS_OFF = 19, /* from here to 22: told by the board through guard_trip */
-    GUARD_REASON_BUS_DOWN = 20,
-    GUARD_REASON_RX_OVERFLOW = 21,
-    GUARD_REASON_SHUTDOWN = 22,
-    GUARD_REASON_TIME_BACKWARDS = 23,   /* FAULT */
-    GUARD_REASON_SATURATED = 24,        /* a fixed-point result did not fit: STOPPED */
-    GUARD_REASON_SETTLING = 25,         /* waiting: every input is good, but not for long enough yet */
-    GUARD_REASON_ANOTHER_GUARD = 26,    /* a StopCommand came in: another guard answers on this bus */
-    GUARD_REASON_AWAITING_RESET = 27,   /* waiting: everything is good; the first permission needs a GuardReset */
-    GUARD_REASON_RESTARTED = 28,        /* the same, after a watchdog, an exception or a service manager restarted it */
-    GUARD_REASON_RESTART_LIMIT = 29,    /* FAULT: too many unexpected restarts */
-    GUARD_REASON_CYCLE_JUMP = 30,       /* Sync.Cycle did not advance as its counter */
-    GUARD_REASON_OBSERVER_RESTART = 31, /* a gap that the observer cannot bridge */
-    GUARD_REASON_IMPLAUSIBLE = 32,      /* position and velocity of a joint contradict each other */
-    GUARD_REASON_FROZEN = 33,           /* a torque that repeats bit for bit while the arm moves */
-    GUARD_REASON_ERROR_RATE = 34,       /* a sender with too many bad frames */
-    GUARD_REASON_ANOTHER_SENDER = 35,   /* a counter twice a cycle, in cycle after cycle: two senders under one id */
-    GUARD_REASON_CLOCK_RATE = 36,       /* guard time and cycles differ by more than a quarter */
-    GUARD_REASON_CLOCK_STOPPED = 37,    /* FAULT: guard time stands */
-    GUARD_REASON_EXPLAINED_FORCE = 38,  /* the explained part of the torque is more force than the task can be */
-    GUARD_REASON_EXPLAINED_MOMENT = 39,
-    GUARD_REASON_RESIDUAL_LIMIT = 40 /* |r| of a joint beyond the task's limit */
-} guard_reason_t;
-
-#define GUARD_REASON_COUNT 41u
 
 /* What the environment did wrong since guard_init. Each saturates at its maximum. */
 typedef struct {
@@ -142,20 +87,10 @@ typedef struct {
     can_frame_t frame[GUARD_MAX_FRAMES]; /* to be sent in this order */
 } guard_output_t;
 
-/* Why the guard starts, as the board knows it (reset-cause registers, service manager). */
-typedef enum {
-    GUARD_START_UNKNOWN = 0, /* counts as unexpected */
-    GUARD_START_POWER_ON = 1,
-    GUARD_START_COMMANDED = 2, /* a person or a tool asked for it */
-    GUARD_START_WATCHDOG = 3,
-    GUARD_START_EXCEPTION = 4,
-    GUARD_START_SERVICE = 5 /* a service manager started a process that had ended */
-} guard_start_t;
-
+/* Why the guard starts, as the board knows it (reset-cause registers, service manager): GUARD_START_UNKNOWN counts as
+ * unexpected, GUARD_START_COMMANDED is a person or a tool, GUARD_START_SERVICE a service manager. Of the variants
+ * anything but GUARD_VARIANT_PRODUCT is for test benches only. */
 #define GUARD_MAX_RESTARTS 3u /* unexpected restarts since the last power-on or commanded start; one more is FAULT */
-
-/* What an image was built for; GuardStatus.Variant. Anything but PRODUCT is for test benches only. */
-typedef enum { GUARD_VARIANT_PRODUCT = 0, GUARD_VARIANT_LOCKSTEP = 1, GUARD_VARIANT_EMULATOR = 2 } guard_variant_t;
 
 /* A periodic input, and when it was last good. */
 typedef struct {

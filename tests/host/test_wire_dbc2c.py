@@ -16,7 +16,7 @@ from tauperp.files import repository_root
 from tauperp.wire import Wire
 
 TOOL = repository_root() / "tools" / "dbc2c"
-GENERATED = ("messages.h", "messages.c", "protocol.h", "protocol.c")
+GENERATED = ("messages.h", "messages.c", "protocol.h", "protocol.c", "values.h", "values.c")
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +40,9 @@ def checkout(tmp_path: Path, dbc2c: ModuleType, monkeypatch: pytest.MonkeyPatch)
     wire.mkdir(parents=True)
     for name in GENERATED:
         shutil.copy(repository_root() / "firmware" / "wire" / "generated" / name, wire)
+    host = tmp_path / "host" / "tauperp"
+    host.mkdir(parents=True)
+    shutil.copy(repository_root() / "host" / "tauperp" / "wire_values.py", host)
     monkeypatch.setattr(dbc2c, "repository_root", lambda: tmp_path)
     return wire
 
@@ -92,6 +95,11 @@ def test_a_missing_file_is_found_and_made(dbc2c: ModuleType, checkout: Path, mon
         ("SG_ Index3 m2", "SG_ Index9 m2", "GuardIndex: the signals of group 2 must end in 3"),
         ("(0.00025,0)", "(0.0003,0)", "Velocity: one over its factor must be whole"),
         ("BO_ 16 StopCommand", "BO_ 33 StopCommand", "Sync has the highest priority of the bus"),
+        ("Stopped: Collision ", "Stopped: ", "Collision has no class"),
+        ("Stopped: Collision ", "Stopped: Collision BusOff ", "BusOff has two classes"),
+        ("Stopped: Collision ", "Stopped: Collision Sneeze ", "Sneeze, which is no reason"),
+        ("Stopped: Collision ", "Halted: Collision ", "'Halted', not one of"),
+        (' 6 "Collision"', ' 66 "Collision"', "must count from 0 without a gap"),
     ],
 )
 def test_a_dbc_that_the_firmware_cannot_be_made_from_is_refused(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import enum
 from typing import Any
 
 import can
@@ -11,6 +10,7 @@ import can
 from tauperp.config import NUMERICS, Numeric
 from tauperp.errors import InputError
 from tauperp.firmware.library import FloatArray, load_library
+from tauperp.wire_values import Reason, Start, State, Variant
 
 _DATA_LENGTH = 8  # CAN_FRAME_DATA_LENGTH
 _FD, _BRS, _EXTENDED, _REMOTE = 1, 2, 4, 8  # CAN_FRAME_*
@@ -38,82 +38,6 @@ _REFUSALS = {
     19: "its worst-case reaction time is too long",
 }  # guard_status_t, from GUARD_BAD_MAGIC on
 _GUARD_OK = 1
-
-
-class State(enum.IntEnum):
-    """guard_state_t"""
-
-    UNINITIALISED = 0
-    SELF_TEST = 1
-    WAITING = 2
-    MONITORING = 3
-    STOPPED = 4
-    FAULT = 5
-
-
-class Reason(enum.IntEnum):
-    """guard_reason_t: why motion is not permitted"""
-
-    UNINITIALISED = 0
-    NONE = 1
-    SELF_TEST = 2
-    WAITING_SYNC = 3
-    WAITING_JOINT = 4
-    WAITING_TASK = 5
-    COLLISION = 6
-    SYNC_TIMEOUT = 7
-    JOINT_TIMEOUT = 8
-    TASK_TIMEOUT = 9
-    TASK_INVALID = 10
-    SENSOR_STATUS = 11
-    INPUT_RANGE = 12
-    TICK_LATE = 13
-    TICK_OVER_BUDGET = 14
-    CONFIG_CORRUPT = 15
-    STATE_CORRUPT = 16
-    SELF_TEST_FAILED = 17
-    STAGE_MISSED = 18
-    BUS_OFF = 19
-    BUS_DOWN = 20
-    RX_OVERFLOW = 21
-    SHUTDOWN = 22
-    TIME_BACKWARDS = 23
-    SATURATED = 24
-    SETTLING = 25
-    ANOTHER_GUARD = 26
-    AWAITING_RESET = 27
-    RESTARTED = 28
-    RESTART_LIMIT = 29
-    CYCLE_JUMP = 30
-    OBSERVER_RESTART = 31
-    IMPLAUSIBLE = 32
-    FROZEN = 33
-    ERROR_RATE = 34
-    ANOTHER_SENDER = 35
-    CLOCK_RATE = 36
-    CLOCK_STOPPED = 37
-    EXPLAINED_FORCE = 38
-    EXPLAINED_MOMENT = 39
-    RESIDUAL_LIMIT = 40
-
-
-class Start(enum.IntEnum):
-    """guard_start_t: why the guard starts"""
-
-    UNKNOWN = 0
-    POWER_ON = 1
-    COMMANDED = 2
-    WATCHDOG = 3
-    EXCEPTION = 4
-    SERVICE = 5
-
-
-class Variant(enum.IntEnum):
-    """guard_variant_t: what an image was built for"""
-
-    PRODUCT = 0
-    LOCKSTEP = 1
-    EMULATOR = 2
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -17,7 +17,7 @@ from tauperp.sim.guard_node import GuardPeer
 from tauperp.sim.guiding import Guidance
 from tauperp.sim.moment import Moment, Watch
 from tauperp.sim.motion import Job, Mode, Motion, Move, Wait, Yield
-from tauperp.sim.node import COLLISION, RobotNode
+from tauperp.sim.node import RobotNode
 from tauperp.sim.pace import Pace
 from tauperp.sim.posture import home
 from tauperp.sim.reach import wire_range
@@ -26,6 +26,7 @@ from tauperp.sim.stability import Stability
 from tauperp.sim.telling import Telling
 from tauperp.sim.trace import Contact, Stop, Trace, TraceRecorder
 from tauperp.sim.trajectory import Planner, Unreachable
+from tauperp.wire_values import REASON_CLASS, ReasonClass
 
 LAST_LOOK_S = 0.5  # simulated after the last step is done
 COMING_TO_REST_S = 2.0  # simulated at most after a guard has been given up
@@ -273,7 +274,7 @@ class Lockstep:
 
     def _moment(self, time_s: float) -> Moment:
         command, permitted = self._node.stop_command, self._node.permitted
-        tripped = command is not None and not permitted and command["Reason"] >= COLLISION  # lower ones are no trips
+        tripped = command is not None and not permitted and _is_trip(int(command["Reason"]))
         return Moment(
             time_s,
             self._arm.model,
@@ -328,3 +329,8 @@ def _stop(node: RobotNode, time_s: float) -> Stop:
         value_nm=float(command["IndexValue"]),
         trip_number=int(command["TripNumber"]),
     )
+
+
+def _is_trip(reason: int) -> bool:
+    """Whether it latches: everything but waiting."""
+    return REASON_CLASS.get(reason, ReasonClass.UNKNOWN) is not ReasonClass.WAITING

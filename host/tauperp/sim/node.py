@@ -16,9 +16,9 @@ from tauperp.sim.motion import Motion, Permit
 from tauperp.sim.sensors import SensorFault, Sensors
 from tauperp.sim.telling import Telling
 from tauperp.wire import Receiver, Sender, Wire
+from tauperp.wire_values import Reason
 
-COLLISION = 6  # StopCommand.Reason
-FIRST_PERMISSION = (27, 28)  # StopCommand.Reason: everything is good, a reset is wanted
+FIRST_PERMISSION = (Reason.AWAITING_RESET, Reason.RESTARTED)  # everything is good, a reset is wanted
 SILENCE = 1  # stop category when nobody says which
 RESET_HALF_S = 0.02  # a reset is asked for with a square wave of this half period, for its edges
 CYCLE_MASK = 0xFFFF
@@ -158,7 +158,7 @@ class RobotNode:
             self._hear(frame)
         permit = self._check.permit()
         self.stop_command = permit.command
-        return Permit(permit.allowed, permit.category, not permit.allowed and permit.reason == COLLISION)
+        return Permit(permit.allowed, permit.category, not permit.allowed and permit.reason == Reason.COLLISION)
 
     def _hear(self, frame: can.Message) -> None:
         if frame.arbitration_id not in self._heard:
