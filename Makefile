@@ -26,6 +26,7 @@ help: ## list the commands
 
 demo: library venv ## simulate both experiments of the paper against the firmware; results in out/demo
 	@$(VENV)/bin/tauperp demo
+	@echo 'To have `tauperp` on the PATH: source $(VENV)/bin/activate'
 
 arms: library venv ## both experiments on ten published arms (half an hour; a part of it is in `make test`)
 	@TAUPERP_ARMS=all $(VENV)/bin/python -m pytest -q tests/host/test_public_arms.py

@@ -1,13 +1,29 @@
 /* num_float: num_t as binary32. Included by num.h only.
  *
  * sqrt comes from the compiler's builtin, which is one instruction on every target that has a float unit (and IEEE
- * exact on all): with -fno-math-errno no library is called. A number times num_inverse_root: 1.8e-7 of the result
+ * exact on all). No library is called. A number times num_inverse_root: 1.8e-7 of the result
  * (tests/unit/test_num_range.c). Angles: error of sine and cosine at most 1.2e-7 for |angle| <= 32 rad (measured over
  * the whole range by tests/unit/test_num.c); larger angles lose accuracy in proportion, and up to 1e5 rad never the
  * value range of -1.0001 to 1.0001.
  */
 #define NUM(x)      ((num_t)(x))
 #define NUM_NUMERIC 1u
+
+/* The builtin calls sqrtf for negative numbers, to set errno, unless -fno-math-errno says that nobody wants it. Who
+ * compiles these files for a host without that flag gets the instruction itself: no program needs a library for it. */
+static inline float num_float_root(float square) {
+#if !defined(__NO_MATH_ERRNO__) && (defined(__x86_64__) || defined(__aarch64__))
+    float root;
+#ifdef __x86_64__
+    __asm__("sqrtss %1, %0" : "=x"(root) : "x"(square));
+#else
+    __asm__("fsqrt %s0, %s1" : "=w"(root) : "w"(square));
+#endif
+    return root;
+#else
+    return __builtin_sqrtf(square);
+#endif
+}
 
 typedef float num_inverse_t; /* 1 / sqrt(.) */
 
@@ -60,11 +76,11 @@ static inline num_t num_div(num_t a, num_t b, uint32_t *saturations) {
 }
 
 static inline num_t num_root(num_wide_t square) {
-    return __builtin_sqrtf(square);
+    return num_float_root(square);
 }
 
 static inline num_inverse_t num_inverse_root(num_wide_t square) {
-    return 1.0f / __builtin_sqrtf(square);
+    return 1.0f / num_float_root(square);
 }
 
 static inline num_t num_times(num_t a, num_inverse_t inverse, uint32_t *saturations) {
@@ -113,7 +129,7 @@ static inline num_t num_turned_second(num_unit_t cosine, num_unit_t sine, num_t 
  * have no exact float, stays where it is. */
 static inline num_rotation_t num_rotation(num_t first, num_t second, uint32_t *saturations) {
     (void)saturations;
-    const float length = __builtin_sqrtf(first * first + second * second);
+    const float length = num_float_root(first * first + second * second);
     if (length <= 1e-15f) {
         return (num_rotation_t){.cos = 1.0f, .sin = 0.0f, .length = first};
     }
@@ -131,7 +147,7 @@ static inline num_rotation_t num_shifted_rotation(num_t first, num_t second, num
 static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_wide_t b) {
     const float difference = a - c;
     const float twice = b + b;
-    const float sum = __builtin_fabsf(difference) + __builtin_sqrtf(difference * difference + twice * twice);
+    const float sum = __builtin_fabsf(difference) + num_float_root(difference * difference + twice * twice);
     const float smaller = (difference < 0.0f) ? a : c;
     return (sum > 0.0f) ? (smaller - b * (twice / sum)) : smaller;
 }

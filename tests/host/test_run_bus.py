@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from can.interfaces.virtual import VirtualBus
 
+from tauperp.cli import main
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.experiment import Outcome, Setup, run_scenario
@@ -405,3 +406,10 @@ def test_a_guard_of_a_bus_without_a_name_is_bad_input() -> None:
     add_playing_arguments(parser)
     with pytest.raises(InputError, match="which bus"):
         setup_of(parser.parse_args(["--guard", "bus"]), fd=True)
+
+
+def test_a_guard_without_a_bus_is_one_line_with_the_command_to_type(capsys: pytest.CaptureFixture[str]) -> None:
+    """It would be alone on a bus of its own process, in FAULT for ever."""
+    assert main(["guard", "default", "--robot", "panda"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "tauperp guard default --robot panda --interface socketcan --channel can0" in line

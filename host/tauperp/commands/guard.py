@@ -37,6 +37,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_bit_rates(args)
     configuration = load_configuration(args.config, robot=args.robot, chain=chain_of(args))
     say_warnings(configuration.robot)
+    _check_bus(args)
     if getattr(args, "interface", None) == NATIVE:
         _become_native(args, configuration)
     for option in ("priority", "verbose"):
@@ -45,6 +46,17 @@ def run(args: argparse.Namespace) -> int:
     with open_bus(args, fd=configuration.settings.wire.format == "fd") as bus:
         _Node(bus, configuration, args.json, args.lockstep).run()
     return 0
+
+
+def _check_bus(args: argparse.Namespace) -> None:
+    """Without a bus the guard would sit in a process of its own, where nobody can hear it."""
+    if getattr(args, "interface", None) or getattr(args, "channel", None):
+        return
+    command = f"tauperp guard {args.config}" + (f" --robot {args.robot}" if args.robot else "")
+    raise InputError(
+        f"guard: on which bus? For example: {command} --interface {NATIVE} --channel can0"
+        f" (between processes without a bus: --interface udp_multicast)"
+    )
 
 
 def _become_native(args: argparse.Namespace, configuration: Configuration) -> NoReturn:
