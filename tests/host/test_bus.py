@@ -104,8 +104,9 @@ def test_eight_joints_leave_a_tenth_of_the_bus_free_at_worst(rate_hz: float, fd:
 def test_the_load_grows_with_joints_and_rate_and_falls_with_the_bit_rate() -> None:
     wire = Wire.read()
     seven = worst_case_load(wire, joints=7, rate_hz=500, fd=False)
-    # StopCommand, TaskCommand, a GuardStatus or GuardIndex and 7 joints of 135 bits, Sync and GuardReset of 95, in 2 ms
-    assert seven == pytest.approx((10 * 135 + 2 * 95) * 1e-6 / 2e-3)
+    # StopCommand, TaskCommand, a GuardStatus or GuardIndex, an eighth of a GuardEvent and 7 joints of 135 bits,
+    # Sync and GuardReset of 95, in 2 ms
+    assert seven == pytest.approx((10.125 * 135 + 2 * 95) * 1e-6 / 2e-3)
     assert worst_case_load(wire, joints=8, rate_hz=500, fd=False) - seven == pytest.approx(135e-6 / 2e-3)
     assert worst_case_load(wire, joints=7, rate_hz=1000, fd=False) == pytest.approx(2 * seven)
     assert worst_case_load(wire, joints=7, rate_hz=500, fd=False, bitrate=500_000) == pytest.approx(2 * seven)

@@ -1,6 +1,7 @@
 #include "loop.h"
 
 #include "board.h"
+#include "event_log.h"
 #include "guard.h"
 #include "identity.h"
 #include "log.h"
@@ -12,6 +13,8 @@
 static guard_t guard;
 static guard_output_t out;
 static schedule_t schedule;
+static event_log_t events;
+static bool recording; /* events: in real time, on a block that was accepted */
 
 static void log_state(const guard_output_t *before) {
     if ((out.state != before->state) || (out.trip_number != before->trip_number)) {
@@ -27,6 +30,20 @@ static void log_state(const guard_output_t *before) {
     }
 }
 
+/* The guard's frames, and behind them now and then one of the event recorder. */
+static void answer(void) {
+    can_frame_t frames[GUARD_MAX_FRAMES + 1u];
+    uint32_t count = out.frame_count;
+    for (uint32_t i = 0; i < count; ++i) {
+        frames[i] = out.frame[i];
+    }
+    if (recording) {
+        event_log_note(&events, &out);
+        count += event_log_frame(&events, &frames[count]) ? 1u : 0u;
+    }
+    (void)can_answer(frames, count);
+}
+
 static void tick(void) {
     static guard_output_t before;
     before = out;
@@ -37,7 +54,7 @@ static void tick(void) {
     } else {
         permission_withdraw();
     }
-    (void)can_answer(out.frame, out.frame_count);
+    answer();
     log_state(&before);
     watchdog_serve();
     schedule_ticked(&schedule, begin_us, out.fresh);
@@ -94,6 +111,10 @@ static void start_guard(void) {
     /* Nothing of a refused block is used, neither its format nor its times. */
     can_init(accepted ? (wire_format_t)board_config.format : FORMAT_CLASSIC);
     schedule_init(&schedule, accepted ? &board_config : 0, BOARD_VARIANT == GUARD_VARIANT_LOCKSTEP, clock_us());
+    recording = accepted && !schedule.in_lockstep;
+    if (recording) {
+        event_log_init(&events, &board_config);
+    }
     watchdog_start(WATCHDOG_TICKS * schedule.tick_deadline_us);
 }
 

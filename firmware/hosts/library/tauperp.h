@@ -4,6 +4,7 @@
 #define TAUPERP_H
 
 #include "arrays.h"
+#include "event_log.h"
 #include "guard.h"
 #include "robot.h"
 #include "robot_side.h"

@@ -120,11 +120,20 @@ static void tell_state(loop_t *self, uint64_t monotonic_us, uint64_t now_us, con
     }
 }
 
+/* The guard's frames, and behind them now and then one of the event recorder: in real time only, since runs in lockstep
+ * are compared byte for byte. */
 static void send_answer(loop_t *self, uint64_t now_us) {
     int problem = 0;
-    const size_t sent = bus_send(&self->bus, self->out.frame, self->out.frame_count, &problem);
+    can_frame_t frames[GUARD_MAX_FRAMES + 1u];
+    size_t count = self->out.frame_count;
+    (void)memcpy(frames, self->out.frame, sizeof self->out.frame);
+    if (!self->schedule.in_lockstep) {
+        event_log_note(&self->events, &self->out);
+        count += event_log_frame(&self->events, &frames[count]) ? 1u : 0u;
+    }
+    const size_t sent = bus_send(&self->bus, frames, count, &problem);
     self->counts.sent += sent;
-    self->counts.unsent += self->out.frame_count - sent;
+    self->counts.unsent += count - sent;
     if (sent == 0u) {
         bus_failed(self, now_us, problem);
     } else if (self->stuck) {
@@ -272,6 +281,7 @@ static bool begin(loop_t *self) {
         return false;
     }
     schedule_init(&self->schedule, self->config, self->in_lockstep, clock_now(&self->clock, clock_monotonic_us()));
+    event_log_init(&self->events, self->config);
     set_timer(self);
     return true;
 }

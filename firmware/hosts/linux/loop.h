@@ -15,6 +15,7 @@
 
 #include "bus.h"
 #include "clock.h"
+#include "event_log.h"
 #include "guard.h"
 #include "journal.h"
 #include "schedule.h"
@@ -28,6 +29,7 @@ typedef struct {
 
     guard_output_t out; /* of the last tick */
     schedule_t schedule;
+    event_log_t events;
     guard_clock_t clock;
     journal_counts_t counts;
     int epoll, timer, signals;

@@ -129,3 +129,34 @@ void tauperp_guard_index_pack(uint8_t data[8], const struct tauperp_guard_index_
     data[6] = (uint8_t)(((uint32_t)message->threshold & 0xFFu));
     data[7] = (uint8_t)((((uint32_t)message->threshold >> 8u) & 0xFFu));
 }
+
+void tauperp_guard_event_pack(uint8_t data[8], const struct tauperp_guard_event_t *message) {
+    data[0] = (uint8_t)(((uint32_t)message->crc & 0xFFu));
+    data[1] = (uint8_t)(((uint32_t)message->counter & 0x0Fu) | (((uint32_t)message->event_slot & 0x07u) << 4u) | (((uint32_t)message->event_part & 0x01u) << 7u));
+    data[2] = 0u;
+    data[3] = 0u;
+    data[4] = 0u;
+    data[5] = 0u;
+    data[6] = 0u;
+    data[7] = 0u;
+    switch (message->event_part) {
+    case 0u:
+        data[2] = (uint8_t)(((uint32_t)message->event_trip & 0xFFu));
+        data[3] = (uint8_t)(((uint32_t)message->event_reason & 0xFFu));
+        data[4] = (uint8_t)(((uint32_t)message->event_joint & 0x0Fu) | (((uint32_t)message->event_joints & 0x0Fu) << 4u));
+        data[5] = (uint8_t)(((uint32_t)message->event_step & 0xFFu));
+        data[6] = (uint8_t)((((uint32_t)message->event_step >> 8u) & 0xFFu));
+        data[7] = (uint8_t)(((uint32_t)message->event_before & 0x3Fu));
+        break;
+    case 1u:
+        data[2] = (uint8_t)(((uint32_t)message->event_sample & 0x3Fu) | (((uint32_t)message->sample_joint & 0x03u) << 6u));
+        data[3] = (uint8_t)((((uint32_t)message->sample_joint >> 2u) & 0x01u) | (((uint32_t)message->sample_task & 0x03u) << 1u) | (((uint32_t)message->sample_channel & 0x03u) << 3u));
+        data[4] = (uint8_t)(((uint32_t)message->sample_residual & 0xFFu));
+        data[5] = (uint8_t)((((uint32_t)message->sample_residual >> 8u) & 0xFFu));
+        data[6] = (uint8_t)(((uint32_t)message->sample_index & 0xFFu));
+        data[7] = (uint8_t)((((uint32_t)message->sample_index >> 8u) & 0xFFu));
+        break;
+    default: /* nothing else */
+        break;
+    }
+}

@@ -22,6 +22,8 @@
 #define TAUPERP_GUARD_STATUS_LENGTH   8u
 #define TAUPERP_GUARD_INDEX_FRAME_ID 0x201u
 #define TAUPERP_GUARD_INDEX_LENGTH   8u
+#define TAUPERP_GUARD_EVENT_FRAME_ID 0x202u
+#define TAUPERP_GUARD_EVENT_LENGTH   8u
 
 #define TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE 0u
 #define TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE 1u
@@ -142,6 +144,25 @@ struct tauperp_guard_index_t {
     uint16_t threshold;
 };
 
+struct tauperp_guard_event_t {
+    uint8_t crc;
+    uint8_t counter;
+    uint8_t event_slot;
+    uint8_t event_part;
+    uint8_t event_trip;
+    uint8_t event_sample;
+    uint8_t sample_joint;
+    uint8_t event_reason;
+    uint8_t sample_task;
+    uint8_t sample_channel;
+    uint8_t event_joint;
+    int16_t sample_residual;
+    uint8_t event_joints;
+    uint16_t event_step;
+    int16_t sample_index;
+    uint8_t event_before;
+};
+
 void tauperp_stop_command_pack(uint8_t data[8], const struct tauperp_stop_command_t *message);
 void tauperp_sync_unpack(struct tauperp_sync_t *message, const uint8_t data[4]);
 void tauperp_guard_reset_unpack(struct tauperp_guard_reset_t *message, const uint8_t data[4]);
@@ -149,5 +170,6 @@ void tauperp_task_command_unpack(struct tauperp_task_command_t *message, const u
 void tauperp_joint_state_unpack(struct tauperp_joint_state_t *message, const uint8_t data[8]);
 void tauperp_guard_status_pack(uint8_t data[8], const struct tauperp_guard_status_t *message);
 void tauperp_guard_index_pack(uint8_t data[8], const struct tauperp_guard_index_t *message);
+void tauperp_guard_event_pack(uint8_t data[8], const struct tauperp_guard_event_t *message);
 
 #endif

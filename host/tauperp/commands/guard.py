@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 import signal
+import sys
 import time
 from typing import NoReturn
 
@@ -14,6 +15,7 @@ from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.files import build_dir, how_to_build
 from tauperp.firmware import Guard, Reason, Schedule, Start, Variant, Verdict
+from tauperp.monitor.events import EventFolder
 from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 
 HELP = """Be the guard on a CAN bus. On SocketCAN this is the native process (build/tauperp-guard); on any other
@@ -29,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--lockstep", action="store_true", help="guard time is bus time (for simulated robots)")
     parser.add_argument("--priority", metavar="N", help="SCHED_FIFO priority, 0 for none (SocketCAN only)")
     parser.add_argument("--verbose", action="store_true", help="also a line of counters a second (SocketCAN only)")
+    parser.add_argument("--events", metavar="DIR", help="write and draw each trip that was recorded (real time)")
     parser.add_argument("--json", action="store_true", help="one JSON object a line instead of text")
     add_bus_arguments(parser)
 
@@ -38,13 +41,15 @@ def run(args: argparse.Namespace) -> int:
     configuration = load_configuration(args.config, robot=args.robot, chain=chain_of(args))
     say_warnings(configuration.robot)
     _check_bus(args)
+    if args.events is not None and args.lockstep:
+        raise InputError("--events: trips are recorded in real time only, without --lockstep")
     if getattr(args, "interface", None) == NATIVE:
         _become_native(args, configuration)
     for option in ("priority", "verbose"):
         if getattr(args, option):
             raise InputError(f"--{option} needs the native process: --interface {NATIVE}")
     with open_bus(args, fd=configuration.settings.wire.format == "fd") as bus:
-        _Node(bus, configuration, args.json, args.lockstep).run()
+        _Node(bus, configuration, args.json, args.lockstep, args.events).run()
     return 0
 
 
@@ -67,6 +72,8 @@ def _become_native(args: argparse.Namespace, configuration: Configuration) -> No
         raise InputError(f"--channel is missing: the network interface, with --interface {NATIVE}")
     if not program.is_file():
         raise InputError(f"{program} is missing; {how_to_build('guard')}")
+    if args.events is not None:
+        _listen_for_events(channel, configuration, args.events)
     memory = os.memfd_create("block", 0)  # without close-on-exec: the program reads it
     os.write(memory, configuration.block())
     command = [str(program), "--channel", channel, "--robot", configuration.robot.name]
@@ -77,13 +84,37 @@ def _become_native(args: argparse.Namespace, configuration: Configuration) -> No
     os.execv(program, command)
 
 
+def _listen_for_events(channel: str, configuration: Configuration, folder: str) -> None:
+    """A child that hears the bus and writes what the native process has recorded, until that process has gone."""
+    parent = os.getpid()
+    if os.fork() != 0:
+        return
+    code = 0
+    try:
+        events = EventFolder(configuration.wire, folder)
+        with can.Bus(interface=NATIVE, channel=channel, fd=True) as bus:
+            while os.getppid() == parent:
+                frame = bus.recv(timeout=0.5)
+                if frame is not None:
+                    events.hear(frame)
+    except (can.CanError, OSError) as error:
+        print(f"tauperp: --events: {error}", file=sys.stderr)
+        code = 1
+    except KeyboardInterrupt:
+        code = 0
+    os._exit(code)
+
+
 class _Node:
     """The library's guard by this machine's monotonic clock; firmware/schedule says when to tick."""
 
-    def __init__(self, bus: can.BusABC, configuration: Configuration, as_json: bool, in_lockstep: bool) -> None:
+    def __init__(
+        self, bus: can.BusABC, configuration: Configuration, as_json: bool, in_lockstep: bool, events: str | None
+    ) -> None:
         self._bus = bus
         variant = Variant.LOCKSTEP if in_lockstep else Variant.PRODUCT
-        self._guard = Guard(configuration.block(), start=Start.COMMANDED, variant=variant)
+        self._guard = Guard(configuration.block(), start=Start.COMMANDED, variant=variant, with_events=not in_lockstep)
+        self._events = None if events is None else EventFolder(configuration.wire, events)
         self._schedule = Schedule(self._guard, in_lockstep=in_lockstep, now_us=_now_us())
         self._configuration = configuration
         self._json = as_json
@@ -128,6 +159,8 @@ class _Node:
                 for frame in verdict.frames:
                     self._bus.send(frame)
                     self._own.note(frame)
+                    if self._events is not None:
+                        self._events.hear(frame)
             except can.CanOperationError:
                 self._guard.trip(Reason.BUS_DOWN)
             self._tell(verdict)

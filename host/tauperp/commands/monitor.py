@@ -14,6 +14,7 @@ from rich.live import Live
 from tauperp.bus import BITRATE, DATA_BITRATE, DEFAULT_CHANNEL, DEFAULT_INTERFACE, add_bus_arguments, open_bus
 from tauperp.errors import InputError
 from tauperp.monitor import Monitor, Snapshot, compose, report
+from tauperp.monitor.events import EventFolder
 from tauperp.wire import Wire
 
 HELP = """Watch a bus with a guard on it: permission and why not, every joint's torques against its limit, what was
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--once", action="store_true", help="listen, then print one picture, and end")
     parser.add_argument("--json", action="store_true", help="print a line of JSON a second instead of the picture")
     parser.add_argument("--every", type=float, default=1.0, metavar="S", help="seconds between lines of JSON (1)")
+    parser.add_argument("--events", metavar="DIR", help="write and draw the trips that the guard has recorded")
     parser.add_argument(
         "--rate", type=float, metavar="HZ", help="cycles a second to expect (classic frames: 500, CAN FD: 1000)"
     )
@@ -48,10 +50,12 @@ def run(args: argparse.Namespace) -> int:
     if not (args.once or args.json) and Console().is_dumb_terminal:
         raise InputError("monitor: this terminal (TERM) cannot show the live view; use --once or --json")
     source = f"{args.interface or DEFAULT_INTERFACE} {args.channel or DEFAULT_CHANNEL}"
+    wire = Wire.read()
+    events = None if args.events is None else EventFolder(wire, args.events)
     with _open(args) as bus:
         begin = time.monotonic()
         monitor = Monitor(
-            Wire.read(),
+            wire,
             now_s=begin,
             epoch_s=time.time() - begin,
             rate_hz=args.rate,
@@ -60,12 +64,12 @@ def run(args: argparse.Namespace) -> int:
         )
         try:
             if args.once:
-                last = listen(bus, monitor, begin, duration, duration, lambda snapshot: None)
+                last = listen(bus, monitor, begin, duration, duration, lambda snapshot: None, events)
                 _print(last, source, as_json=args.json)
             elif args.json:
-                last = listen(bus, monitor, begin, duration, args.every, _print_line)
+                last = listen(bus, monitor, begin, duration, args.every, _print_line, events)
             else:
-                last = _watch(bus, monitor, begin, duration, source)
+                last = _watch(bus, monitor, begin, duration, source, events)
         except can.CanError as error:  # the bus went away: unplugged, shut down
             raise InputError(f"CAN bus {source}: {' '.join(str(error).split())}") from error
     return 0 if last.heard else 1
@@ -83,8 +87,10 @@ def listen(
     duration_s: float,
     every_s: float,
     show: Callable[[Snapshot], None],
+    events: EventFolder | None = None,
 ) -> Snapshot:
-    """Hear everything for `duration_s`, show a snapshot every `every_s`; returns the last one, shown or not.
+    """Hear everything for `duration_s`, show a snapshot every `every_s`; returns the last one, shown or not. Trips that
+    the guard recorded go to `events`.
 
     Raises can.CanError if the bus goes away for good.
     """
@@ -102,10 +108,14 @@ def listen(
             continue
         if frame is not None:
             monitor.hear(frame, time.monotonic())
+            if events is not None:
+                events.hear(frame)
     return monitor.snapshot(time.monotonic())
 
 
-def _watch(bus: can.BusABC, monitor: Monitor, begin_s: float, duration_s: float, source: str) -> Snapshot:
+def _watch(
+    bus: can.BusABC, monitor: Monitor, begin_s: float, duration_s: float, source: str, events: EventFolder | None
+) -> Snapshot:
     """The live view, on the terminal's second screen, until time or the user ends it."""
     console = Console(highlight=False)
 
@@ -122,6 +132,7 @@ def _watch(bus: can.BusABC, monitor: Monitor, begin_s: float, duration_s: float,
             duration_s,
             REDRAW_S,
             lambda snapshot: live.update(picture(snapshot), refresh=True),
+            events,
         )
 
 

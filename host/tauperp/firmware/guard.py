@@ -71,6 +71,7 @@ class Guard:
     verdict's frames. Time is any monotonic clock in microseconds. Not for more than one thread.
 
     start, restarts   why the guard starts, and how many unexpected restarts there were (guard_note_start)
+    with_events       the event recorder's frames come behind the guard's own (event_log.h)
 
     Raises InputError if the firmware refuses the block, with the firmware's reason.
     """
@@ -82,6 +83,7 @@ class Guard:
         start: Start = Start.COMMANDED,
         restarts: int = 0,
         variant: Variant = Variant.LOCKSTEP,
+        with_events: bool = False,
     ) -> None:
         library = load_library(_numeric_of(block))
         self.library = library
@@ -100,6 +102,9 @@ class Guard:
         if status != _GUARD_OK:
             raise InputError(f"configuration block: {_REFUSALS.get(status, f'refused with status {status}')}")
         self._lib.guard_note_start(self._guard, int(start), restarts, int(variant))
+        self._events = self.library.new("event_log_t *") if with_events else None
+        if self._events is not None:
+            self._lib.event_log_init(self._events, self._config)
 
     def __repr__(self) -> str:
         state, trips = State(self._output.state).name, self._output.trip_number
@@ -147,6 +152,11 @@ class Guard:
         """Decide. Costs some 20 us in Python, of which the firmware takes a few."""
         output, n, scale = self._output, self.n, self._scale
         self._lib.guard_tick(self._guard, now_us, output)
+        frames = [self._message(output.frame[i], now_us) for i in range(output.frame_count)]
+        if self._events is not None:
+            self._lib.event_log_note(self._events, output)
+            if self._lib.event_log_frame(self._events, self._frame):
+                frames.append(self._message(self._frame, now_us))
         return Verdict(
             State(output.state),
             Reason(output.reason),
@@ -165,7 +175,7 @@ class Guard:
             int(output.channel),
             output.smallest_singular * scale,
             output.rank,
-            [self._message(output.frame[i], now_us) for i in range(output.frame_count)],
+            frames,
         )
 
     def note_tick_time(self, tick_us: int) -> None:

@@ -172,8 +172,8 @@ class Monitor:
     def _expected_hz(self, message: WireMessage) -> float | None:
         """What the DBC says. Sync sets the pace: all others are measured against the Sync that was really heard."""
         sync = self._wire.message("Sync")
-        if message.cycle_time_ms == 0 or message.joint > self._robot_joints:
-            return None
+        if message.cycle_time_ms == 0 or message.timeout_cycles == 0 or message.joint > self._robot_joints:
+            return None  # an event, or sent only when there is something to say
         paced = message is not sync and self._rates.rate(sync.name)
         return (paced or self._nominal_hz) * sync.cycle_time_ms / message.cycle_time_ms
 

@@ -26,6 +26,7 @@ from tauperp.replay.origin import Field, Origin
 from tauperp.wire import COUNTER_MASK, WireMessage
 
 GUARD_MESSAGES = ("StopCommand", "GuardStatus", "GuardIndex")
+EVENT_MESSAGE = "GuardEvent"  # a copy of what was compared already, by the guard's event recorder
 
 _REAL_TIME = ("TickTime", "WorstTickTime", "DeadlineMargin")
 _SINCE_START = (
@@ -113,7 +114,8 @@ class Comparison:
         self._period_us = configuration.period_us
         wire = configuration.wire
         self._messages = {wire.message(name).id: wire.message(name) for name in GUARD_MESSAGES}
-        self._inputs = set(wire.by_id) - set(self._messages)
+        self._event_id = wire.message(EVENT_MESSAGE).id
+        self._inputs = set(wire.by_id) - set(self._messages) - {self._event_id}
         self._stop_id, self._reset = wire.message("StopCommand").id, wire.message("GuardReset")
         stop = wire.message("StopCommand")
         self._reason, self._trip = Field.of(stop, "Reason"), Field.of(stop, "TripNumber")
@@ -152,7 +154,7 @@ class Comparison:
             self._compare_due(frame)
         elif identifier in self._inputs:
             self._guard.receive(self._renumbered(frame) if self._trips_ahead else frame, self._now_us())
-        else:
+        elif identifier != self._event_id:
             self.foreign_frames += 1
 
     def _now_us(self) -> int:
