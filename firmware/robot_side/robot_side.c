@@ -8,7 +8,7 @@
 #define MAX_DELTA     4u          /* StopCommand's MaxDeltaCounter */
 #define COMPANY       8u          /* so many StopCommands out of sequence ... */
 #define SEQUENCE      0x00FFFFFFu /* ... among the last 24 are a second guard's */
-#define SILENCE       1u          /* stop category when no valid frame says one */
+#define SILENCE       1u          /* stop category without a valid frame */
 #define RAW_LIMIT     32767.0f
 
 /* Physical value of one bit, inverted (dbc/tauperp.dbc; tests/host/test_robot_side.py compares with cantools). */
@@ -136,13 +136,14 @@ void robot_side_reset(robot_side_t *self, bool request, can_frame_t *frame) {
 
 static robot_side_permit_t unpack(const can_frame_t *frame) {
     const uint8_t category = frame->data[3] & 0x3u;
-    return (robot_side_permit_t){.category = (category <= 2u) ? category : 0u, /* what is none is the worst */
+    return (robot_side_permit_t){.category =
+                                     (category <= 2u) ? category : 0u, /* an unknown category counts as the worst */
                                  .reason = frame->data[4],
                                  .joint = (uint8_t)(frame->data[1] >> 4u),
                                  .trip = frame->data[5]};
 }
 
-/* Both copies say so, and no other field contradicts it or is out of its range. */
+/* Both copies permit, and no other field contradicts them or is out of range. */
 static bool is_move(const can_frame_t *frame) {
     const bool both = ((frame->data[2] & 0xFu) == MOVE) && ((frame->data[2] >> 4u) == MOVE_INVERTED);
     const bool valued = (frame->data[6] != 0x00u) || (frame->data[7] != 0x80u); /* IndexValue: not available */
@@ -173,7 +174,7 @@ void robot_side_hear(robot_side_t *self, const can_frame_t *frame, uint64_t now_
     robot_side_permit_t said = unpack(frame);
     self->last_trip = said.trip;
     if (!is_move(frame)) {
-        /* A stop needs no fresh counter and no cycle: the worst of them is obeyed. */
+        /* A stop needs neither a fresh counter nor the cycle. The worst one is obeyed. */
         if (!self->stopped || (said.category <= self->stop.category)) {
             self->stop = said;
         }

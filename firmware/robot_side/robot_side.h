@@ -1,6 +1,6 @@
-/* robot_side: the other end of the wire, for a robot's controller. It packs what the guard hears, and decides from
- * StopCommand whether motion is permitted, by the rules of docs/robot-side.md. It needs firmware/wire and nothing else:
- * no heap, no clock, no I/O.
+/* robot_side: the other end of the wire, for a robot's controller. It packs the frames for the guard and decides from
+ * StopCommand whether motion is permitted (rules: docs/robot-side.md). It depends on firmware/wire only and has no
+ * heap, clock or I/O.
  *
  *     static robot_side_t robot;
  *     robot_side_init(&robot, &(robot_side_config_t){.joints = 7, .fd = true, .answer_us = 500, .hold_us = 1500});
@@ -53,7 +53,7 @@ typedef struct {
     float torque_nm;
 } robot_side_reading_t;
 
-/* What the robot may do now. */
+/* The verdict at one time. */
 typedef struct {
     bool allowed;
     uint8_t category; /* IEC 60204-1, of the stop to perform; 1 on silence */
@@ -79,7 +79,7 @@ typedef struct {
 /* False, and nothing is ever permitted, for a configuration outside the ranges above. */
 bool robot_side_init(robot_side_t *self, const robot_side_config_t *config);
 
-/* Begins the next cycle and packs its Sync. Frames that were received before have to be heard before. */
+/* Begins the next cycle and packs its Sync. Precondition: robot_side_hear has got every frame received before. */
 void robot_side_begin(robot_side_t *self, uint64_t now_us, can_frame_t *frame);
 
 /* Begins the cycle that the Sync of another node names; for joints on nodes of their own. False, and nothing changes,
@@ -100,13 +100,13 @@ bool robot_side_joint(const robot_side_t *self, uint32_t joint, const robot_side
  * false, then true in a later cycle, both after the trip. Only on a person's command (IEC 60204-1, ISO 14118). */
 void robot_side_reset(robot_side_t *self, bool request, can_frame_t *frame);
 
-/* Any frame that was received, and when. Those that are no StopCommand are left alone. */
+/* Any received frame and its time of reception. Frames other than StopCommand are ignored. */
 void robot_side_hear(robot_side_t *self, const can_frame_t *frame, uint64_t now_us);
 
-/* The verdict at `now_us`. To be asked whenever the drives are commanded: a permission ends with its time. */
+/* The verdict at `now_us`. Call it each time the drives are commanded: a permission expires. */
 robot_side_permit_t robot_side_permit(const robot_side_t *self, uint64_t now_us);
 
-/* Two guards answer: their StopCommands come with two counters. Nothing is permitted then. */
+/* True if two guards answer, seen by two interleaved counters. Nothing is permitted then. */
 bool robot_side_has_company(const robot_side_t *self);
 
 #endif

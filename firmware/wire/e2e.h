@@ -1,4 +1,4 @@
-/* e2e: AUTOSAR E2E profile 2, which makes every corrupted, lost, repeated, reordered or misaddressed frame visible.
+/* e2e: AUTOSAR E2E profile 2. It detects corrupted, lost, repeated, reordered and misaddressed frames.
  *
  * Byte 0 of a frame is a CRC-8 (polynomial 0x2F, start and final xor 0xFF), the low nibble of byte 1 a counter that
  * wraps from 15 to 0. The CRC covers every byte behind it, then one byte of the message's 16 data ids, picked by the
@@ -19,29 +19,29 @@
 
 #define E2E_DATA_ID_COUNT 16u
 #define E2E_COUNTER_MASK  0x0Fu
-#define E2E_MAX_DELTA     14u /* a step of 15 is one backwards */
+#define E2E_MAX_DELTA     14u /* a step of 15 means one step back */
 
 typedef enum {
     E2E_UNCHECKED = 0,
-    E2E_WRONG_CRC = 1,      /* corrupted, or another message's; the reference stays as it was */
-    E2E_REPEATED = 2,       /* the same counter again; the reference stays */
+    E2E_WRONG_CRC = 1,      /* corrupted, or another message; the reference does not change */
+    E2E_REPEATED = 2,       /* the same counter again; the reference does not change */
     E2E_WRONG_SEQUENCE = 3, /* a step beyond the maximum, or backwards; becomes the new reference */
-    E2E_INITIAL = 4,        /* the first good CRC: nothing to compare with yet; becomes the reference */
-    E2E_SOME_LOST = 5,      /* good; `lost` frames before it are missing */
-    E2E_OK = 6              /* good, and the one that was due */
+    E2E_INITIAL = 4,        /* the first valid CRC; becomes the reference */
+    E2E_SOME_LOST = 5,      /* valid; `lost` frames before it are missing */
+    E2E_OK = 6              /* valid, and the expected counter */
 } e2e_status_t;
 
 typedef struct {
-    uint8_t counter; /* reference: of the last frame that moved it */
+    uint8_t counter; /* the reference */
     uint8_t lost;    /* frames missing right before the last accepted one, 0 to 13 */
-    bool referenced; /* false until the first good CRC */
+    bool referenced; /* false until the first valid CRC */
 } e2e_receiver_t;
 
 typedef struct {
-    uint8_t counter; /* of the last frame protected; the first frame carries 1 */
+    uint8_t counter; /* of the last protected frame; the first frame carries 1 */
 } e2e_transmitter_t;
 
-/* Judges one frame. A frame may update signals if and only if e2e_accepts() its status. `max_delta` is the largest
+/* Checks one frame. A frame may update signals if and only if e2e_accepts() its status. `max_delta` is the largest
  * counter step that is accepted, 1 to E2E_MAX_DELTA. */
 e2e_status_t e2e_check(e2e_receiver_t *self, const uint8_t *data, uint8_t length, const uint8_t *data_ids,
                        uint8_t max_delta);
@@ -54,7 +54,7 @@ void e2e_protect(e2e_transmitter_t *self, uint8_t *data, uint8_t length, const u
 /* Writes `counter` (its low nibble) and the CRC over `data`: for senders whose counter is the cycle's. */
 void e2e_seal(uint8_t *data, uint8_t length, const uint8_t *data_ids, uint8_t counter);
 
-/* True if the state is one that the functions above can leave behind. Constant time. */
+/* True if the functions above can produce this state. Constant time. */
 bool e2e_receiver_holds(const e2e_receiver_t *self);
 bool e2e_transmitter_holds(const e2e_transmitter_t *self);
 

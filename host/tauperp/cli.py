@@ -47,6 +47,7 @@ EXTRAS = {
     "distributed": "campaign",
     "pyarrow": "campaign",
     "mcap": "logs",
+    "mcap_ros2": "logs",
     "glfw": "view",
     "OpenGL": "view",
     "rerun": "rerun",

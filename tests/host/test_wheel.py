@@ -25,7 +25,8 @@ FROM_PYPI = {
     "pinocchio": "pin",
     "OpenGL": "pyopengl",
 }
-FROM_PYPI |= {"rerun": "rerun-sdk", "dask": "distributed", "mpl_toolkits": "matplotlib"}
+FROM_PYPI |= {"rerun": "rerun-sdk", "dask": "distributed", "mpl_toolkits": "matplotlib", "PIL": "pillow"}
+FROM_PYPI |= {"mcap_ros2": "mcap-ros2-support"}
 
 STRUCK = """
 robot = "ku_dex"

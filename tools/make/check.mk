@@ -48,7 +48,7 @@ lint: ## strict builds by gcc and clang, formatting, ruff, mypy
 	@tools/gates lint lint-gcc lint-clang lint-format lint-python lint-types
 
 # Every C file that a host compiler can build, with every warning an error.
-STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/hosts/linux/*.c firmware/examples/*/*.c) $(KERNEL_SOURCES)
+STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/hosts/linux/*.c firmware/examples/controller/*.c) $(KERNEL_SOURCES)
 define STRICT_RULES
 STRICT_OBJECTS_$(1) = $$(foreach numeric,$(NUMERICS),$$(STRICT_SOURCES:%.c=$(BUILD)/object/lint-$(1)-$$(numeric)/%.o))
 -include $$(STRICT_OBJECTS_$(1):.o=.d)

@@ -2,7 +2,7 @@
 
 _Noreturn void board_halt(void) {
     for (;;) {
-        __asm volatile(""); /* the watchdog, which nobody serves any more, ends this */
+        __asm volatile(""); /* until the watchdog, which is no longer served, resets */
     }
 }
 

@@ -1,5 +1,5 @@
-/* identity: which firmware, build and configuration an image is; in section .tauperp_version, which
- * `tauperp version ELF` prints. Little-endian; fields are only ever appended, and `format` counts up with them. */
+/* identity: firmware, build and configuration of an image, in the section .tauperp_version. `tauperp version ELF`
+ * prints it. Little-endian. New fields are appended, and `format` counts them. */
 #ifndef TAUPERP_IDENTITY_H
 #define TAUPERP_IDENTITY_H
 

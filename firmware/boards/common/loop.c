@@ -58,13 +58,13 @@ static void tick(void) {
     log_state(&before);
     watchdog_serve();
     schedule_ticked(&schedule, begin_us, out.fresh);
-    if (!schedule.in_lockstep) { /* there, a tick takes no time */
+    if (!schedule.in_lockstep) { /* in lockstep a tick takes no time */
         const uint64_t took_us = clock_us() - begin_us;
         guard_note_tick_time(&guard, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
     }
 }
 
-/* In every state, before the first tick too: what follows from it is the guard's to decide. */
+/* In every state, also before the first tick: the guard decides what follows. */
 static void look_at_bus(void) {
     const uint32_t faults = can_faults();
     if ((faults & CAN_FAULT_OFF) != 0u) {
@@ -108,7 +108,7 @@ static void start_guard(void) {
         log_text("\n");
     }
     log_flush();
-    /* Nothing of a refused block is used, neither its format nor its times. */
+    /* A refused block is not used at all, not even its format and times. */
     can_init(accepted ? (wire_format_t)board_config.format : FORMAT_CLASSIC);
     schedule_init(&schedule, accepted ? &board_config : 0, BOARD_VARIANT == GUARD_VARIANT_LOCKSTEP, clock_us());
     recording = accepted && !schedule.in_lockstep;

@@ -1,9 +1,8 @@
-/* loop: the guard on a board. Every frame goes in, each cycle gets its tick, every answer goes out.
+/* loop: the guard on a board. It receives every frame, makes one tick per cycle and sends every answer.
  *
- * In real time a tick comes as soon as the cycle is complete, and otherwise when the period has passed; half of what
- * the tick deadline leaves over is the grace that a late cycle gets. Built with TAUPERP_LOCKSTEP, guard time is bus
- * time (lockstep.h): the answers are then the library's, byte for byte, however slow the processor is. That is for
- * emulators and test benches; deadlines of silence do not hold in it.
+ * schedule.h says when to tick. Built with TAUPERP_LOCKSTEP, guard time is bus time (lockstep.h): the answers are then
+ * those of the library, byte for byte, at any processor speed. Lockstep is for emulators and test benches only, because
+ * it has no deadlines for a silent bus.
  *
  * The watchdog is served after a complete tick and nowhere else.
  */

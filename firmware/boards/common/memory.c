@@ -1,9 +1,9 @@
-/* The two functions that compilers call by themselves, by words: newlib-nano's go byte by byte, four instructions each,
- * and a tick that clears or copies a struct would spend hundreds on it. */
+/* The two functions that compilers call implicitly, word by word. Those of newlib-nano work byte by byte at four
+ * instructions each, hundreds in a tick that clears or copies structs. */
 #include <stddef.h>
 #include <stdint.h>
 
-/* Or these loops would be compiled into calls of the functions that they are. */
+/* Otherwise the compiler turns these loops into calls of the same functions. */
 #define BY_ITSELF __attribute__((optimize("no-tree-loop-distribute-patterns")))
 
 typedef uint32_t __attribute__((may_alias)) word_t;

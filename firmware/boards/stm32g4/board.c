@@ -26,7 +26,7 @@ static void set_mode(uint32_t pin, uint32_t mode) {
 }
 
 void board_init(void) {
-    /* Before the clocks: the pin is to be low as soon as it is anything. */
+    /* Before the clocks: the pin must be low from the start. */
     RCC_AHB2ENR |= RCC_AHB2ENR_GPIOA;
     permission_withdraw();
     set_mode(PIN_PERMISSION, MODE_OUTPUT);
@@ -45,10 +45,10 @@ void board_init(void) {
     USART2_BRR = clocked ? UART_DIVISOR : UART_DIVISOR_HSI;
     USART2_CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_FIFOEN;
     cause = reset_cause(RCC_CSR, fault_log_recorded());
-    RCC_CSR |= RCC_CSR_RMVF; /* or the next start would see these flags again */
+    RCC_CSR |= RCC_CSR_RMVF; /* otherwise the next start sees these flags again */
     if (!clocked) {
         log_text("the clock does not start: no guard\n");
-        watchdog_start(HALT_TIMEOUT_US); /* by its own oscillator: another try */
+        watchdog_start(HALT_TIMEOUT_US); /* runs on its own oscillator: leads to another start */
         log_flush();
         board_halt();
     }
@@ -88,7 +88,7 @@ void watchdog_start(uint32_t timeout_us) {
     IWDG_KR = IWDG_UNLOCK;
     IWDG_PR = 0; /* LSI / 4 */
     IWDG_RLR = (ticks < IWDG_RLR_MAX) ? ticks : (uint32_t)IWDG_RLR_MAX;
-    /* Without them it runs at its longest, half a second: still a watchdog. */
+    /* If they do not take effect, the timeout is its maximum of half a second. */
     for (uint32_t tries = 0; (IWDG_SR != 0u) && (tries < (uint32_t)WATCHDOG_TRIES); ++tries) {}
     IWDG_KR = IWDG_RELOAD;
 }

@@ -1,4 +1,4 @@
-/* clocks: the STM32G4 on its crystal: 170 MHz for the core, 85 MHz for FDCAN, and what a failing crystal does. */
+/* clocks: the STM32G4 on its crystal: 170 MHz for the core, 85 MHz for FDCAN, and the reaction to a failing crystal. */
 #ifndef TAUPERP_STM32G4_CLOCKS_H
 #define TAUPERP_STM32G4_CLOCKS_H
 
@@ -6,12 +6,12 @@
 
 #define CLOCKS_CORE_MHZ 170u
 
-/* Looks at one flag at most: at 16 MHz some 50 ms. The data sheet's longest start of the crystal is 2 ms. */
+/* Polls of one flag at most: about 50 ms at 16 MHz. The crystal starts within 2 ms (data sheet). */
 #define CLOCKS_TRIES 100000u
 
-/* False if an oscillator, the flash or the switch does not answer, or if what was set is not what is read back: the
- * core is then still on the 16 MHz that it starts from. True: on the crystal through the PLL, and the clock security
- * system watches the crystal. If that stops later, the processor gets an NMI, which is fault_stop (exceptions.h). */
+/* True: the core runs on the crystal through the PLL, and the clock security system watches the crystal. A crystal that
+ * stops later raises an NMI, which is fault_stop (exceptions.h). False if an oscillator, the flash or the switch does
+ * not answer, or a setting does not read back: the core then still runs on the 16 MHz of the reset. */
 bool clocks_start(void);
 
 #endif

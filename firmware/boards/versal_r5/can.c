@@ -25,11 +25,11 @@ static bool stuck;
 static void set_filters(void) {
     canfd_write(CAN_AFR, 0);
     for (uint32_t slot = 0; slot < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++slot) {
-        /* Remote requests for these ids pass: the guard counts what is wrong with them. */
+        /* Remote requests with these ids pass the filter, so that the guard can count them. */
         canfd_write(CAN_AFMR(slot), (STANDARD_ID_MASK << ID_SHIFT) | CAN_ID_IDE);
         canfd_write(CAN_AFIR(slot), (uint32_t)protocol_receive[slot].id << ID_SHIFT);
     }
-    /* Another guard's: this one has to know of it. */
+    /* From another guard: this one must know of it. */
     const uint32_t stop = protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id;
     canfd_write(CAN_AFMR(PROTOCOL_RECEIVE_COUNT), (STANDARD_ID_MASK << ID_SHIFT) | CAN_ID_IDE);
     canfd_write(CAN_AFIR(PROTOCOL_RECEIVE_COUNT), stop << ID_SHIFT);
@@ -37,7 +37,7 @@ static void set_filters(void) {
 }
 
 void can_init(wire_format_t format) {
-    (void)format; /* the controller takes both; frames of the wrong one are the guard's to refuse and count */
+    (void)format; /* the controller receives both; the guard refuses and counts frames of the wrong format */
     canfd_write(CAN_SRR, CAN_SRR_SRST);
     canfd_write(CAN_SRR, 0);
     canfd_write(CAN_BRPR, 0);
@@ -96,7 +96,7 @@ bool can_answer(const can_frame_t frames[], uint32_t count) {
         canfd_write(CAN_TCR, pending);
         stuck = true;
     }
-    /* A cancelled buffer is free when its bit has gone: until then the next ones are used. */
+    /* A cancelled buffer is free when its bit is clear. Until then the next ones are used. */
     uint32_t buffer = 0;
     bool all = true;
     for (uint32_t i = 0; i < count; ++i) {

@@ -1,7 +1,7 @@
 /* canfd_registers: CAN FD controller 0 of the AMD Versal low-power domain, as far as it is used here (PG223, CAN FD
  * v3.0; AM012, Versal ACAP register reference).
  *
- * The driver goes through these two functions, so that a test can put a model of the controller in their place. */
+ * The driver uses these two functions only, so that a test can replace them by a model of the controller. */
 #ifndef TAUPERP_VERSAL_R5_CANFD_REGISTERS_H
 #define TAUPERP_VERSAL_R5_CANFD_REGISTERS_H
 

@@ -3,7 +3,7 @@
 #include "pmu.h"
 
 #define US_PER_S  1000000u
-#define TOLERANCE 20u /* one in so many */
+#define TOLERANCE 20u /* 1 / 20: 5 % */
 
 bool clock_agrees(uint32_t cycles, uint32_t counts, uint32_t hz) {
     if ((counts == 0u) || (hz == 0u)) {

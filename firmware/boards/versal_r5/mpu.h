@@ -1,5 +1,5 @@
-/* mpu: code cannot be written, data cannot be executed, the words below the stack cannot be touched, and everything
- * but the peripherals' 16 MB and the reset reasons (read only) is not there at all. Called once, by the start-up. */
+/* mpu: code is read-only, data is not executable, the words below the stack are not accessible. Outside memory only
+ * 16 MB of peripherals and the reset reasons (read-only) are mapped. Called once, by the start-up code. */
 #ifndef TAUPERP_VERSAL_R5_MPU_H
 #define TAUPERP_VERSAL_R5_MPU_H
 

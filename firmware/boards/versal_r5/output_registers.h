@@ -1,8 +1,8 @@
 /* output_registers: the LPD's GPIO and window watchdog, for the permission pin and the watchdog; the platform's reset
  * reasons and time stamps, read only (AM012, Versal ACAP register reference: LPD_GPIO, LPD_WWDT, CRP, IOU_SCNTRS).
  *
- * The code goes through these two functions. QEMU's Versal has none of these devices, and an access to a missing one
- * faults: a build for the emulator has words in memory in their place. A test puts a model there. */
+ * The code uses these two functions only. QEMU's Versal has none of these devices, and an access to them faults, so a
+ * build for the emulator has words in memory instead. A test puts a model there. */
 #ifndef TAUPERP_VERSAL_R5_OUTPUT_REGISTERS_H
 #define TAUPERP_VERSAL_R5_OUTPUT_REGISTERS_H
 

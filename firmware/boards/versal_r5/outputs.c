@@ -6,8 +6,7 @@
 
 #define PIN 1u
 
-/* In the first window a service would be a reset: it is as short as it can be told from none, and who comes then is
- * too early to be needed. */
+/* A service in the first window causes a reset. This window has the minimum length. */
 enum { WWDT_MHZ = 100, FIRST_WINDOW = 100 };
 
 static bool permitted;
@@ -24,7 +23,7 @@ static void log_permission(bool now) {
 }
 
 void outputs_init(void) {
-    permission_withdraw(); /* the level before the direction: never high in between */
+    permission_withdraw(); /* level before direction: the pin is never high in between */
     output_write(GPIO_DIRM_3, output_read(GPIO_DIRM_3) | PIN);
     output_write(GPIO_OEN_3, output_read(GPIO_OEN_3) | PIN);
 }

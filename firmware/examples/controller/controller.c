@@ -1,11 +1,10 @@
-/* controller: a robot's controller on SocketCAN, with firmware/robot_side. It holds an arm still and says what the
- * guard permits. A real one reads its joints where this one has constants, and commands its drives where this one
- * prints.
+/* controller: a robot's controller on SocketCAN, with firmware/robot_side. It holds an arm still and prints
+ * what the guard permits. A real controller reads its joints instead of constants and commands its drives.
  *
  *     build/controller vcan0 classic|fd PERIOD_US CYCLES POSITION,TORQUE...       rad and Nm, one pair a joint
  *
- * It goes on as soon as a cycle is answered, after half of PERIOD_US at the latest: for a guard in lockstep. The first
- * permission and each one after a stop need a GuardReset; here the program asks for it, in a cell a person does.
+ * For a guard in lockstep: the next cycle starts when the last one is answered, after half of PERIOD_US at the latest.
+ * The first permission and each one after a stop need a GuardReset. Here the program sends it; in a cell a person does.
  */
 #define _GNU_SOURCE /* -std=c11 hides what is not ISO C */
 #include <linux/can.h>
@@ -45,10 +44,11 @@ static void transmit(int bus, const can_frame_t *frame) {
     const bool fd = (frame->flags & (uint8_t)CAN_FRAME_FD) != 0u;
     struct canfd_frame raw = {.can_id = frame->id, .len = frame->length, .flags = fd ? CANFD_BRS : 0};
     (void)memcpy(raw.data, frame->data, sizeof frame->data);
-    (void)!write(bus, &raw, fd ? CANFD_MTU : CAN_MTU); /* what does not go out is missing at the guard: a stop */
+    (void)!write(bus, &raw,
+                 fd ? CANFD_MTU : CAN_MTU); /* a frame that is not sent is missing at the guard, which stops */
 }
 
-/* Everything that is there. */
+/* Hears every frame that has arrived. */
 static void hear(int bus) {
     struct canfd_frame raw;
     while (read(bus, &raw, sizeof raw) > 0) {
@@ -63,7 +63,7 @@ static void hear(int bus) {
 static void send_cycle(int bus, char **pairs, uint32_t joints) {
     static const float still[3] = {0.0f, 0.0f, 0.0f};
     can_frame_t frame;
-    hear(bus); /* what came before this cycle answers an earlier one */
+    hear(bus); /* frames from before this cycle answer an earlier one */
     robot_side_begin(&robot, clock_us(), &frame);
     transmit(bus, &frame);
     if (robot_side_task(&robot, ROBOT_SIDE_TASK_NONE, still, &frame)) {
@@ -80,7 +80,7 @@ static void send_cycle(int bus, char **pairs, uint32_t joints) {
     }
 }
 
-/* Hears until the cycle is answered or its time is over. */
+/* Hears frames until the cycle is answered or its time has passed. */
 static robot_side_permit_t await_answer(int bus) {
     const uint64_t end_us = robot.begun_us + robot.config.answer_us;
     for (uint64_t now_us = clock_us(); !robot.answered && !robot.stopped && (now_us < end_us); now_us = clock_us()) {

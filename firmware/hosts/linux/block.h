@@ -1,14 +1,14 @@
-/* block: the configuration block, from its file into memory that nothing in this process can write to any more. */
+/* block: reads the configuration block from its file into read-only memory. */
 #ifndef TAUPERP_LINUX_BLOCK_H
 #define TAUPERP_LINUX_BLOCK_H
 
 #include "config.h"
 
 /* NULL after one line on stderr: the file cannot be read, is not as long as a block, or is for another robot than
- * `robot`. What is in the block is for guard_init to judge. */
+ * `robot`. guard_init checks the content. */
 const guard_config_t *block_load(const char *path, const char *robot);
 
-/* Why guard_init refused it, for a person. */
+/* Why guard_init refused it, as text. */
 const char *block_problem(guard_status_t status);
 
 #endif

@@ -19,7 +19,7 @@
 #define RECEIVE_BUFFER_BYTES (1 << 20) /* 1,000 frames or so: 100 ms of a classic bus at full load */
 #define MAX_SEND             4u
 
-/* Room for the two things that come with a frame: its time and the count of those lost before it. */
+/* Room for a frame's time stamp and the count of frames lost before it. */
 typedef union {
     struct cmsghdr align;
     unsigned char bytes[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
@@ -31,7 +31,7 @@ static struct can_filter only(uint32_t id) {
 
 static bool set_filters(int fd) {
     struct can_filter filters[(size_t)PROTOCOL_RECEIVE_COUNT + (size_t)PROTOCOL_TRANSMIT_COUNT];
-    /* Remote requests for these ids pass: the guard counts what is wrong with them. */
+    /* Remote requests with these ids pass the filter, so that the guard can count them. */
     for (size_t slot = 0; slot < (size_t)PROTOCOL_RECEIVE_COUNT; slot++) {
         filters[slot] = only(protocol_receive[slot].id);
     }

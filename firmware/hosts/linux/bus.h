@@ -1,13 +1,12 @@
 /* bus: one raw SocketCAN socket, as the guard needs it.
  *
- * The kernel hands over only the ids of protocol.h's tables and error frames, each with its time of reception; frames
- * that this socket sent are not received again (CAN_RAW_RECV_OWN_MSGS is 0, its default, and set all the same). So a
- * frame with one of the guard's own ids is another guard's. CAN FD
- * reception is always on, so that a frame of the wrong format is seen, refused and counted by the guard. A remote
- * request or 29-bit frame is likewise let through or kept out by its id alone.
+ * The kernel delivers only the ids of protocol.h's tables and error frames, each with its time of reception. Frames
+ * that this socket sent are not received again (CAN_RAW_RECV_OWN_MSGS is 0). So a frame with one of the guard's own ids
+ * comes from another guard. CAN FD reception is always on, so that the guard refuses and counts frames of the wrong
+ * format. Remote requests and 29-bit frames are filtered by their id alone, too.
  *
- * An interface that goes down, or is removed and made again, is reported once as an event, then the socket goes on or
- * is reopened by bus_reopen. Nothing here blocks, and nothing allocates in this process.
+ * An interface that goes down, or is removed and created again, is reported once. The socket then continues, or
+ * bus_reopen opens it again. Nothing here blocks or allocates in this process.
  */
 #ifndef TAUPERP_LINUX_BUS_H
 #define TAUPERP_LINUX_BUS_H
@@ -19,7 +18,7 @@
 
 #include "frame.h"
 
-#define BUS_BATCH 64u /* frames that one system call reads at most */
+#define BUS_BATCH 64u /* most frames that one system call reads */
 
 typedef enum {
     BUS_FRAME_NONE = 0,
@@ -58,7 +57,7 @@ bool bus_open(bus_t *self, const char *channel, bool fd);
 
 void bus_close(bus_t *self);
 
-/* Opens it again, silently. False if it cannot be had yet. */
+/* Opens it again, without a message. False if it is not available yet. */
 bool bus_reopen(bus_t *self);
 
 /* Reads what is there, at most BUS_BATCH frames, and returns how many. 0 with *problem 0 if there is nothing; with an

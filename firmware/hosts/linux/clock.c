@@ -14,7 +14,7 @@ clockid_t clock_choose(void) {
 
 uint64_t clock_monotonic_us(void) {
     struct timespec now;
-    /* CLOCK_MONOTONIC stands while the machine sleeps, and the guard would not see how old its inputs are. */
+    /* CLOCK_MONOTONIC stops while the machine sleeps, which would hide the age of the inputs. */
     if (clock_gettime(CLOCK_BOOTTIME, &now) != 0) {
         (void)clock_gettime(CLOCK_MONOTONIC, &now);
     }
@@ -22,7 +22,7 @@ uint64_t clock_monotonic_us(void) {
 }
 
 clock_pair_t clock_read_pair(void) {
-    /* Monotonic first: what passes between the two readings makes a frame look older, never younger than it is. */
+    /* Monotonic first: the time between the two readings makes a frame look older, never younger. */
     const uint64_t monotonic_us = clock_monotonic_us();
     struct timespec realtime;
     (void)clock_gettime(CLOCK_REALTIME, &realtime);

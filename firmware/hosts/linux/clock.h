@@ -1,12 +1,12 @@
-/* clock: the one clock of the process in microseconds, and when a frame came in on it. It is CLOCK_BOOTTIME, which goes
- * on while the machine sleeps: a guard that slept through its deadlines wakes up in FAULT (TICK_LATE). On a kernel
- * without it (before 2.6.39, or 3.15 for timers) it is CLOCK_MONOTONIC.
+/* clock: the one clock of the process in microseconds, and the time of reception of each frame on it. It is
+ * CLOCK_BOOTTIME, which continues while the machine sleeps: a guard that slept through its deadlines wakes up in FAULT
+ * (TICK_LATE). Kernels without it (before 2.6.39, or 3.15 for timers) use CLOCK_MONOTONIC.
  *
- * The kernel stamps a frame by CLOCK_REALTIME, which an operator or NTP may set at any moment. So only the frame's age
+ * The kernel stamps a frame by CLOCK_REALTIME, which an operator or NTP may set at any time. So only the frame's age
  * is taken from it, at reception: age = realtime now - stamp, and the frame came in at monotonic now - age. A step of
- * the real-time clock between the stamp and the reading makes that age wrong, so the result is held between the latest
- * time handed out before and now: time never goes backwards, no frame comes from the future, and one whose age is
- * unknown counts as come in when it was read.
+ * the real-time clock between the stamp and the reading makes that age wrong, so the result is clamped to the range
+ * from the latest returned time to now: time never goes backwards, no frame comes from the future, and a frame of
+ * unknown age counts as received when it was read.
  */
 #ifndef TAUPERP_LINUX_CLOCK_H
 #define TAUPERP_LINUX_CLOCK_H
@@ -15,10 +15,10 @@
 #include <time.h>
 
 typedef struct {
-    uint64_t latest_us; /* handed out: no later call gives an earlier time */
+    uint64_t latest_us; /* returned: no later call gives an earlier time */
 } guard_clock_t;
 
-/* Both clocks, read one right after the other. */
+/* Both clocks, read in direct succession. */
 typedef struct {
     uint64_t monotonic_us;
     int64_t realtime_ns;

@@ -1,8 +1,7 @@
-/* journal: what the process says on stdout, as text for a person or as one JSON object a line.
+/* journal: the output of the process on stdout, as text or as one JSON object per line.
  *
- * The loop never waits for its reader, be it a pipe that nobody empties or a terminal that is stopped: a line that does
- * not fit at once is dropped and counted. No line allocates.
- * now_us is guard time.
+ * The loop never waits for the reader (a full pipe, a stopped terminal): a line that does not fit at once is dropped
+ * and counted. No line allocates. now_us is guard time.
  */
 #ifndef TAUPERP_LINUX_JOURNAL_H
 #define TAUPERP_LINUX_JOURNAL_H
@@ -18,7 +17,7 @@ typedef struct {
     uint64_t overflows;    /* frames that the kernel or the controller had to drop */
     uint64_t ticks;
     uint64_t fresh_ticks; /* on a complete cycle */
-    uint64_t timer_ticks; /* made by the clock, for want of one */
+    uint64_t timer_ticks; /* made by the clock, without a complete cycle */
     uint64_t permits;     /* ticks with permission */
     uint64_t sent;
     uint64_t unsent;      /* frames that the bus did not take */
@@ -35,7 +34,7 @@ typedef struct {
     bool torn;        /* the last line went out in part */
 } journal_t;
 
-/* What the kernel refused, NULL where it granted it. */
+/* Names of requests that the kernel refused; NULL where it granted them. */
 typedef struct {
     const char *priority;
     const char *locking;

@@ -13,7 +13,7 @@
 
 #define US_PER_S       1000000u
 #define NS_PER_US      1000
-#define REOPEN_EACH    100000u /* us between two looks for an interface that is gone */
+#define REOPEN_EACH    100000u /* us between two attempts to reopen a missing interface */
 #define EVENTS_AT_ONCE 3
 
 /* --- time --------------------------------------------------------------------------------------------------------- */
@@ -38,9 +38,9 @@ static uint64_t journal_time(const loop_t *self, uint64_t now_us) {
     return schedule_time(&self->schedule, now_us);
 }
 
-/* --- the bus's troubles ------------------------------------------------------------------------------------------- */
+/* --- bus faults --------------------------------------------------------------------------------------------------- */
 
-/* In every state, before the first tick too: what follows from it is the guard's to decide. */
+/* In every state, also before the first tick: the guard decides what follows. */
 static void withdraw(loop_t *self, guard_reason_t reason) {
     guard_trip(&self->guard, reason);
     self->urgent = self->urgent || self->out.permitted;
@@ -84,9 +84,9 @@ static void take_error(loop_t *self, uint64_t now_us, uint32_t error) {
         self->counts.overflows++;
         withdraw(self, GUARD_REASON_RX_OVERFLOW);
     } else {
-        /* only told */
+        /* reported only */
     }
-    if (error != self->bus_errors) { /* a storm of the same is one line */
+    if (error != self->bus_errors) { /* repeated errors make one line */
         self->bus_errors = error;
         const char *const what = ((error & BUS_ERROR_OFF) != 0u)          ? "bus-off"
                                  : ((error & BUS_ERROR_RESTARTED) != 0u)  ? "restarted after bus-off"
@@ -151,7 +151,7 @@ static uint64_t tick(loop_t *self) {
     const uint64_t now_us = schedule_time(&self->schedule, clock_now(&self->clock, monotonic_us));
     guard_tick(&self->guard, now_us, &self->out);
     const uint64_t done_us = clock_monotonic_us();
-    if (!self->schedule.in_lockstep) { /* there, a tick takes no time */
+    if (!self->schedule.in_lockstep) { /* in lockstep a tick takes no time */
         const uint64_t took_us = done_us - monotonic_us;
         guard_note_tick_time(&self->guard, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
     }
@@ -220,7 +220,7 @@ static void hear(loop_t *self) {
     }
 }
 
-/* --- the clock's turn --------------------------------------------------------------------------------------------- */
+/* --- timer -------------------------------------------------------------------------------------------------------- */
 
 static void look_at_clock(loop_t *self) {
     uint64_t expirations = 0;
@@ -239,7 +239,7 @@ static void look_at_clock(loop_t *self) {
 static void act_at_once(loop_t *self) {
     if (self->urgent) {
         self->urgent = false;
-        if (!self->schedule.in_lockstep) { /* there, a cycle has one tick: the next one tells */
+        if (!self->schedule.in_lockstep) { /* in lockstep a cycle has one tick: the next one reports it */
             (void)tick(self);
         }
     }
@@ -253,7 +253,7 @@ static void tell_counts(loop_t *self, uint64_t *last_us) {
     }
 }
 
-/* --- begin, go on, end -------------------------------------------------------------------------------------------- */
+/* --- start, run, end ---------------------------------------------------------------------------------------------- */
 
 static sigset_t ending_signals(void) {
     sigset_t ending;
@@ -294,7 +294,7 @@ static bool turn(loop_t *self, const struct epoll_event *events, int count) {
         if (events[i].data.fd == self->signals) {
             end = true;
         } else if (events[i].data.fd == self->timer) {
-            timer = true; /* after the frames: they may make its tick needless */
+            timer = true; /* after the frames: they may make its tick unnecessary */
         } else {
             hear(self);
         }

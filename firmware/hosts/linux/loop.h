@@ -2,13 +2,13 @@
  *
  * schedule.h says when to tick.
  *
- * What goes wrong with the bus ends the permission (guard_trip), and a StopCommand that says so is tried at once:
+ * A bus fault ends the permission (guard_trip), and the process tries to send that StopCommand at once:
  *   bus-off: BUS_OFF; the interface is down or gone, the controller's transmission times out, or the kernel does not
  *   take a StopCommand (its queue is full, so older ones are stuck in it): BUS_DOWN; the socket or the controller lost
  *   frames: RX_OVERFLOW. The guard gets them in every state, before the first tick too.
  *   Another guard's StopCommand: ANOTHER_GUARD (guard.h), at once.
- * An interface that comes back, or that is removed and made again under its name, is taken up again by itself; the trip
- * stays latched as any other.
+ * An interface that comes back, or is removed and created again under its name, is used again without a restart. The
+ * trip stays latched like any other.
  */
 #ifndef TAUPERP_LINUX_LOOP_H
 #define TAUPERP_LINUX_LOOP_H
@@ -47,8 +47,8 @@ typedef struct {
 /* Before the first line or frame: from here on SIGTERM, SIGINT and SIGHUP wait until loop_run looks for them. */
 void loop_hold_signals(void);
 
-/* Goes on until SIGTERM, SIGINT or SIGHUP, then sends a last StopCommand without permission and returns true. False,
- * after one line on stderr, if it cannot begin or go on. */
+/* Runs until SIGTERM, SIGINT or SIGHUP, then sends a last StopCommand without permission and returns true. False, after
+ * one line on stderr, if it cannot start or continue. */
 bool loop_run(loop_t *self);
 
 #endif

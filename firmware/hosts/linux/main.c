@@ -14,7 +14,7 @@
 
 enum { EXIT_ENDED = 0, EXIT_CANNOT = 1, EXIT_BAD_INPUT = 2 };
 
-#define STACK_BYTES (128 * 1024) /* well above what the loop needs: its pages are there before it begins */
+#define STACK_BYTES (128 * 1024) /* well above the need of the loop; mapped before it starts */
 
 static void touch_stack(void) {
     volatile unsigned char stack[STACK_BYTES];
@@ -40,7 +40,7 @@ static journal_denied_t ask_for_real_time(int priority) {
     return denied;
 }
 
-/* What a caller has closed is opened, or the bus would get its number, and the lines for stdout would go there. */
+/* Opens descriptors 0 to 2 if the caller closed them. Otherwise the bus socket could become stdout. */
 static void open_standard_files(void) {
     int file = 0;
     while ((file >= 0) && (file <= STDERR_FILENO)) {

@@ -1,4 +1,4 @@
-/* names: the DBC's words for states, reasons and tasks, as the process prints them. */
+/* names: the DBC's names of states, reasons and tasks, for printing. */
 #ifndef TAUPERP_LINUX_NAMES_H
 #define TAUPERP_LINUX_NAMES_H
 

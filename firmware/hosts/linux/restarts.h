@@ -1,9 +1,9 @@
-/* restarts: did the service manager start this process again after one that ended unasked? How often?
+/* restarts: counts how often the service manager restarted the process after an unexpected end.
  *
- * A count stands in the file `restarts` of the folder that systemd names in RUNTIME_DIRECTORY and keeps over a restart
+ * The count is in the file `restarts` of the folder that systemd names in RUNTIME_DIRECTORY and keeps over a restart
  * (RuntimeDirectoryPreserve=restart). A process that ends on a signal from a person or on a stop of the service removes
- * it. Without such a folder every start counts as commanded: a person who starts the process by hand knows that it
- * starts. A folder in which no file can be opened cannot count: the start is unknown, and at the limit. Calls open,
+ * it. Without such a folder every start counts as commanded, since a person started it. If the file cannot be opened,
+ * the start is unknown and the count is at the limit. Calls open,
  * read, write and unlink only, before the loop begins and after it has ended.
  */
 #ifndef TAUPERP_LINUX_RESTARTS_H
