@@ -22,6 +22,9 @@ static bool path_of(char path[PATH_MAX]) {
     return true;
 }
 
+/* There may have been any number: the next unexpected one is the last. */
+static const restarts_t uncounted = {.cause = GUARD_START_UNKNOWN, .count = GUARD_MAX_RESTARTS};
+
 restarts_t restarts_note(void) {
     char path[PATH_MAX];
     restarts_t restarts = {.cause = GUARD_START_COMMANDED};
@@ -29,8 +32,8 @@ restarts_t restarts_note(void) {
         return restarts;
     }
     const int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (file < 0) { /* there may have been any number */
-        return (restarts_t){.cause = GUARD_START_UNKNOWN, .count = GUARD_MAX_RESTARTS};
+    if (file < 0) {
+        return uncounted;
     }
     uint8_t count = 0;
     if (read(file, &count, sizeof count) == (ssize_t)sizeof count) { /* the process before left it */
@@ -38,9 +41,9 @@ restarts_t restarts_note(void) {
         restarts.count = (count < UINT8_MAX) ? (count + 1u) : UINT8_MAX;
     }
     count = (uint8_t)restarts.count;
-    (void)!pwrite(file, &count, sizeof count, 0);
+    const bool written = pwrite(file, &count, sizeof count, 0) == (ssize_t)sizeof count;
     (void)close(file);
-    return restarts;
+    return written ? restarts : uncounted;
 }
 
 void restarts_forget(void) {
