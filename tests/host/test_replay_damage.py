@@ -65,7 +65,6 @@ def cut_at_a_line(path: Path) -> None:
         (".blf", cut_blf, "byte "),
         (".blf", corrupt_blf, "byte "),
         (".asc", garbage_line, "line 5001, after 4995 frames"),
-        (".asc", foreign_line, "line 5001, after 4995 frames"),
         (".log", garbage_line, "line 5001, after 5000 frames"),
         (".log", foreign_line, "line 5001, after 5000 frames"),
         (".log", short_data, "line 5001, after 5000 frames"),

@@ -25,6 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--config", metavar="FILE", help="TOML file or preset (default: the log's or replay_NAME if shipped)"
     )
     parser.add_argument("--scenario", metavar="NAME", help="the log is of this scenario: use its configuration")
+    parser.add_argument(
+        "--log-channel", metavar="NAME", help="only this channel of the log (needed if guards are on several)"
+    )
     score.add_score_arguments(parser)
     parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
     add_watch_arguments(parser)
@@ -42,11 +45,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_foreign_options(args: argparse.Namespace) -> None:
     """An option that would have no effect is a mistake of who gave it."""
-    foreign = ("scenario",) if args.log is None else _OF_RECORDINGS
+    foreign = ("scenario", "log_channel") if args.log is None else _OF_RECORDINGS
     for name in foreign:
         if getattr(args, name) is not None:
             kind = "bus logs" if args.log is None else "recordings (--csv)"
-            raise InputError(f"replay: --{name} goes with {kind}")
+            raise InputError(f"replay: --{name.replace('_', '-')} goes with {kind}")
     if args.scenario is not None and args.config is not None:
         raise InputError("replay: name either --config or --scenario")
 
@@ -59,6 +62,7 @@ def _replay_log(args: argparse.Namespace) -> int:
             robot=args.robot,
             scenario=args.scenario,
             chain=chain_of(args),
+            channel=args.log_channel,
             watch=watch,
         )
     if args.json:

@@ -1,13 +1,13 @@
-"""Bus logs as python-can reads them (.blf, .asc, candump's .log and others, also with .gz), with damage found.
+"""Bus logs as python-can reads them (.blf, candump's .log and others, also with .gz), and .asc, with damage found.
 
 python-can's readers skip what they do not understand and end quietly where a file does. A log that is evidence must
-not: every frame before the damage comes out, and then it is told at which byte or line it is.
+not: every frame before the damage comes out, and then it is told at which byte or line it is. What is no frame is
+counted.
 """
 
 import gzip
-import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any, cast
 
@@ -16,25 +16,14 @@ from can.io import MESSAGE_READERS
 from can.io.generic import BinaryIOMessageReader, TextIOMessageReader
 
 from tauperp.errors import InputError
+from tauperp.replay.asc import BEGIN, END, AscReader
+from tauperp.replay.blf import BlfReader
 
 _GZIP_SUFFIX = ".gz"
 _MOST_INFLATED = 1032  # bytes that deflate makes of one
 _SMALLEST_FRAME = 48  # bytes of a BLF object that is a frame
 _PADDING = 3  # bytes at most between two such objects
 
-# What an .asc file holds besides frames: python-can would pass over any line at all.
-_ASC_OTHER = re.compile(
-    r"$|//|date\s|base\s+(hex|dec)|(no\s+)?internal\s+events|begin\s+trigger\s?block|end\s+trigger\s?block"
-    r"|\d+\.\d+\s+(start of measurement|\d+\s+statistic:|\d+\s+J1939TP|canfd\s+\d+\s+(Rx|Tx)\s+errorframe"
-    r"|\d+\s+errorframe|(can\s+)?\d+\s+status:|log\s+|sv:|gps|tfs:|comment)",
-    re.IGNORECASE,
-)
-_ASC_FRAME = re.compile(
-    r"\d+\.\d+\s+(\d+\s+[0-9a-f]+x?\s+(Rx|Tx)\s+[dr]\b|CANFD\s+\d+\s+(Rx|Tx)\s+[0-9a-f]+x?\s)", re.IGNORECASE
-)
-
-
-_BEGIN_OF_ALL, _END_OF_ALL = "begin trigger", "end trigger"  # of an .asc file: "Begin Triggerblock", "End TriggerBlock"
 _SHOWN = 48  # characters of a line that cannot be read
 
 
@@ -49,25 +38,58 @@ class LogDamage(InputError):
 class BusLog(Iterator[can.Message]):
     """Every frame, in the order of the file, with its data as long as it says. Memory: one container of the file.
 
-    damage    why the frames ended before the log did; None as long as all is well
+    channel        only frames of this one, named as the file does ("can0", "1"); None: all
+    damage         why the frames ended before the log did; None as long as all is well
+    passed_over    lines or objects so far that are no frames
+    channels       those of the frames so far, with their counts
 
     Raises InputError, before the first frame, if nothing of the file can be read: it is of another kind, or empty.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, channel: str | None = None) -> None:
         self.path = Path(path)
+        self.channel = channel
         self.damage: LogDamage | None = None
-        self._frames = _read(self.path)
+        self.channels: dict[str, int] = {}
+        self._passed_over = _PassedOver()
+        self._frames = _read(self.path, self._passed_over)
+
+    @property
+    def passed_over(self) -> int:
+        return self._passed_over.count()
 
     def __next__(self) -> can.Message:
         try:
-            return next(self._frames)
+            while True:
+                frame = next(self._frames)
+                name = channel_name(frame)
+                self.channels[name] = self.channels.get(name, 0) + 1
+                if self.channel is None or name == self.channel:
+                    return frame
         except LogDamage as damage:
             self.damage = damage
             raise StopIteration from damage
+        except StopIteration:
+            if self.channel is not None and self.channel not in self.channels:
+                there = ", ".join(sorted(self.channels)) or "none"
+                raise InputError(f"{self.path}: no channel '{self.channel}' (it has {there})") from None
+            raise
 
 
-def _read(path: Path) -> Iterator[can.Message]:
+class _PassedOver:
+    """How much of a log was no frame: the reader that is open knows."""
+
+    def __init__(self) -> None:
+        self.count: Callable[[], int] = lambda: 0
+
+
+def channel_name(frame: can.Message) -> str:
+    """The channel of a logged frame as its file names it; Vector's formats count from 1, python-can from 0."""
+    channel = frame.channel
+    return str(channel + 1) if isinstance(channel, int) else str(channel or "-")
+
+
+def _read(path: Path, passed_over: _PassedOver) -> Iterator[can.Message]:
     reader_type = _reader_type(path)
     try:
         raw = cast(IO[bytes], gzip.open(path) if path.suffix.lower() == _GZIP_SUFFIX else path.open("rb"))  # noqa: SIM115
@@ -80,7 +102,7 @@ def _read(path: Path) -> Iterator[can.Message]:
             source = _Bytes(raw, path.stat().st_size)
         else:
             source = path
-        yield from _frames(path, reader_type, source)
+        yield from _frames(path, reader_type, source, passed_over)
 
 
 def _reader_type(path: Path) -> Any:
@@ -95,12 +117,27 @@ def _reader_type(path: Path) -> Any:
         ) from None
 
 
-def _frames(path: Path, reader_type: Any, source: "_Lines | _Bytes | Path") -> Iterator[can.Message]:
+def _opened(reader_type: Any, source: "_Lines | _Bytes | Path", passed_over: _PassedOver) -> Any:
+    """The reader of the format: python-can's, but for .asc, and for .blf with what it passes over."""
+    if isinstance(source, _Lines) and source.is_asc:
+        reader = AscReader(source.readline)
+        passed_over.count = lambda: reader.passed_over
+        return reader
+    if issubclass(reader_type, can.BLFReader):
+        blf = BlfReader(source)  # type: ignore[arg-type]
+        passed_over.count = lambda: blf.passed_over
+        return blf
+    return reader_type(source)
+
+
+def _frames(
+    path: Path, reader_type: Any, source: "_Lines | _Bytes | Path", passed_over: _PassedOver
+) -> Iterator[can.Message]:
     """The reader's frames. Its own errors are of any type: it was not written for files that are broken."""
     place = source.place if isinstance(source, _Lines | _Bytes) else lambda: "its database"
     count = 0
     try:
-        reader = reader_type(source)
+        reader = _opened(reader_type, source, passed_over)
         frames = iter(reader)
         while True:
             frame = next(frames, None)
@@ -114,6 +151,7 @@ def _frames(path: Path, reader_type: Any, source: "_Lines | _Bytes | Path") -> I
             yield frame
         if isinstance(source, _Bytes):
             source.check_end(getattr(reader, "file_size", 0))
+            reader.check_end() if isinstance(reader, BlfReader) else None
         elif isinstance(source, _Lines):
             source.check_end()
     except GeneratorExit:
@@ -132,20 +170,19 @@ def _frames(path: Path, reader_type: Any, source: "_Lines | _Bytes | Path") -> I
 
 def _reason(error: Exception, source: "_Lines | _Bytes | Path") -> str:
     if isinstance(source, _Lines) and isinstance(error, IndexError | KeyError | TypeError | ValueError):
-        return str(error) if isinstance(error, _Unreadable) else f"{source.text!r} is no frame"
+        return str(error) if isinstance(error, _Unreadable) or source.is_asc else f"{source.text!r} is no frame"
     if isinstance(error, struct.error):
         return "the file ends in the middle of its header"
     return " ".join(str(error).split()) or type(error).__name__
 
 
 class _Lines:
-    """A text file for python-can's readers that knows its line, refuses one that is cut, and for .asc one that is
-    neither frame nor anything else of that format."""
+    """A text file for readers of logs that knows its line, and refuses one that is cut or no text."""
 
     def __init__(self, raw: IO[bytes], *, is_asc: bool) -> None:
         self.text = ""  # of the newest line, as far as it can be shown
         self._raw = raw
-        self._is_asc = is_asc
+        self.is_asc = is_asc
         self._in_block = False
         self._line = 0
 
@@ -164,16 +201,18 @@ class _Lines:
         try:
             line = data.decode("utf-8-sig" if self._line == 1 else "utf-8")
         except UnicodeDecodeError:
-            raise _Unreadable("not text") from None
+            if not self.is_asc:
+                raise _Unreadable("not text") from None
+            line = data.decode("latin-1")  # Windows' tools write comments so
+        if self.is_asc and any(ord(character) < ord(" ") for character in line.strip().replace("\t", " ")):
+            raise _Unreadable("not text")
         content = line.strip()
         self.text = content[:_SHOWN]
-        is_other = self._is_asc and _ASC_OTHER.match(content) is not None
-        if self._is_asc and not (is_other or _ASC_FRAME.match(content)):
-            raise _Unreadable(f"{self.text!r} is neither a frame nor an event")
-        if not line.endswith("\n") and not is_other:
+        mark = content.lower() if self.is_asc else ""
+        if not line.endswith("\n") and not mark.startswith(END):
             raise _Unreadable("the file ends in the middle of this line")
-        if is_other and content.lower().startswith((_BEGIN_OF_ALL, _END_OF_ALL)):
-            self._in_block = content.lower().startswith(_BEGIN_OF_ALL)
+        if mark.startswith((BEGIN, END)):
+            self._in_block = mark.startswith(BEGIN)
         return line
 
     def check_end(self) -> None:

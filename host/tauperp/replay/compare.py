@@ -102,7 +102,7 @@ class Comparison:
         self.frames = 0
         self.cycles = 0
         self.compared_cycles = 0
-        self.foreign_frames = 0  # of no message of the wire: a board's filter keeps them from the guard
+        self.foreign_frames = 0  # of no message of the wire, 29-bit ids too: a board's filter keeps them from the guard
         self.lost_ticks = 0  # StopCommands that the log lacks, by their counter
         self.out_of_sequence = 0  # StopCommands whose counter stands still or goes back: another guard's
         self.begin_s = self.end_s = 0.0
@@ -148,7 +148,9 @@ class Comparison:
         identifier = frame.arbitration_id
         if not self.origin.lockstep:  # never backwards, which stamps of several sources can be
             self._stamp_us = max(self._stamp_us, round((frame.timestamp - self.begin_s) * 1e6))
-        if identifier == self._stop_id:
+        if frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame:
+            self.foreign_frames += 1
+        elif identifier == self._stop_id:
             self._tick(frame)
         elif identifier in self._messages:
             self._compare_due(frame)
@@ -256,7 +258,8 @@ class Comparison:
             decoded: Any = definition.decode(bytes(frame.data))
         except Exception:  # a multiplexer or a length that there is not: cantools raises several types
             return {}
-        return {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in decoded.items()}
+        signals = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in decoded.items()}
+        return {"frame format": "CAN FD" if frame.is_fd else "classic", **signals}
 
     def _count_lost(self, logged: can.Message) -> None:
         counter = logged.data[1] & COUNTER_MASK if len(logged.data) > 1 else 0

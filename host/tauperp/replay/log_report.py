@@ -8,15 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from tauperp.config import Configuration
+from tauperp.errors import InputError
 from tauperp.firmware import load_library
 from tauperp.provenance import provenance, provenance_line
-from tauperp.replay.buslog import BusLog
+from tauperp.replay.buslog import BusLog, channel_name
 from tauperp.replay.compare import Comparison
 from tauperp.replay.origin import Origin, check_configuration, configuration_of, look_ahead
 from tauperp.replay.showing import LogShow
 from tauperp.scenario import load_scenario, shipped
 from tauperp.sim.moment import Watch
 from tauperp.wire import Wire
+
+_LOOKED_AT = 20_000  # frames, for the channel of the guard
 
 
 @dataclasses.dataclass(frozen=True)
@@ -27,6 +30,8 @@ class LogReplay:
     comparison: Comparison
     damage: str | None  # where the log could not be read on
     took_s: float
+    passed_over: int = 0  # lines or objects of the log that are no frames
+    other_channels: Mapping[str, int] = dataclasses.field(default_factory=dict)  # frames on those left out
 
     @property
     def equal(self) -> bool:
@@ -40,6 +45,7 @@ def replay_log(
     robot: str | Path | None = None,
     scenario: str | None = None,
     chain: Mapping[str, Any] | None = None,
+    channel: str | None = None,
     watch: Watch | None = None,
 ) -> LogReplay:
     """Compare a whole log; `watch` sees every tick.
@@ -47,11 +53,13 @@ def replay_log(
     config, robot   of the guard in the log: a file or preset; without any, what is shipped is tried
     scenario        a file or shipped name instead: the configuration that `tauperp run` gave it
     chain           which part of the robot's file is the arm, as for load_configuration
+    channel         only this one of the log's, named as the file does; without it the only one with a guard
 
     Raises InputError for a file that is no bus log, has no guard in it, or had another configuration.
     """
-    log = BusLog(path)
-    taken, origin = look_ahead(log, Wire.read(), log.path)
+    wire = Wire.read()
+    log = BusLog(path, channel or _channel_of_guard(path, wire))
+    taken, origin = look_ahead(log, wire, log.path)
     comparison = Comparison(_configuration(origin, log.path, config, robot, scenario, chain), origin)
     begin = time.monotonic()
     show = None if watch is None else LogShow(comparison.configuration, watch)
@@ -63,7 +71,28 @@ def replay_log(
             if comparison.cycles > cycles and comparison.verdict is not None:
                 show.show(comparison.verdict, frame.timestamp - comparison.begin_s)
     damage = None if log.damage is None else str(log.damage)
-    return LogReplay(log.path, comparison, damage, time.monotonic() - begin)
+    return LogReplay(log.path, comparison, damage, time.monotonic() - begin, log.passed_over, _others(log))
+
+
+def _channel_of_guard(path: str | Path, wire: Wire) -> str | None:
+    """The channel of the StopCommands among a log's first frames; None if it has one channel, or no guard.
+
+    Raises InputError, with the channels that there are, if there are guards on several.
+    """
+    log, stop = BusLog(path), wire.message("StopCommand").id
+    guards: dict[str, int] = {}
+    for frame in itertools.islice(log, _LOOKED_AT):
+        if frame.arbitration_id == stop and not frame.is_extended_id:
+            guards[channel_name(frame)] = guards.get(channel_name(frame), 0) + 1
+    if len(guards) > 1:
+        named = ", ".join(f"{name} ({count} frames)" for name, count in sorted(log.channels.items()))
+        raise InputError(f"{path}: guards on several channels: {named}; choose one with --log-channel")
+    return next(iter(guards), None) if len(log.channels) > 1 else None
+
+
+def _others(log: BusLog) -> dict[str, int]:
+    """Frames on channels that were left out."""
+    return {name: count for name, count in log.channels.items() if log.channel not in (None, name)}
 
 
 def _configuration(
@@ -82,6 +111,12 @@ def _configuration(
     return configuration
 
 
+def _only_format(replay: LogReplay) -> bool:
+    """Whether the first frame that differs has the same bytes in the other format."""
+    first = replay.comparison.first
+    return first is not None and first.logged_data == first.our_data
+
+
 def report(replay: LogReplay) -> dict[str, Any]:
     """As JSON. Times in s of the log's time stamps, Nm."""
     one = replay.comparison
@@ -92,6 +127,9 @@ def report(replay: LogReplay) -> dict[str, Any]:
         "damage": replay.damage,
         "frames": one.frames,
         "foreign_frames": one.foreign_frames,
+        "passed_over": replay.passed_over,
+        "other_channels": replay.other_channels,
+        "only_format_differs": _only_format(replay),
         "cycles": one.cycles,
         "compared_cycles": one.compared_cycles,
         "lost_ticks": one.lost_ticks,
@@ -135,6 +173,11 @@ def lines(replay: LogReplay) -> Iterator[str]:
         yield f"the log begins with a guard that was running: {since}"
     if one.foreign_frames or one.lost_ticks:
         yield f"frames of nobody on this wire: {one.foreign_frames}; cycles without StopCommand: {one.lost_ticks}"
+    if replay.passed_over:
+        yield f"in the log and no frames: {replay.passed_over} lines or objects"
+    if replay.other_channels:
+        named = ", ".join(f"{name} ({count})" for name, count in replay.other_channels.items())
+        yield f"frames on other channels, left out: {named}"
     if one.out_of_sequence:
         yield f"StopCommands out of sequence: {one.out_of_sequence}; two guards, or two logs in one file"
     for why in dict.fromkeys(one.masked.values()):
@@ -143,6 +186,8 @@ def lines(replay: LogReplay) -> Iterator[str]:
         about = f", joint {trip.joint}" if trip.joint else ""
         index = f", {trip.index_nm:.2f} of {trip.threshold_nm:.2f} Nm" if trip.threshold_nm else ""
         yield f"trip at {trip.time_s:.6f} s: {trip.reason.name}{about}{index}"
+    if _only_format(replay):
+        yield "only the frame format differs (classic or CAN FD), the bytes are the same"
     if one.first is not None:
         first = one.first
         yield f"first difference at {first.time_s:.6f} s, cycle {first.cycle}, {first.message}:"
