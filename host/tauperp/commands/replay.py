@@ -3,18 +3,21 @@
 import argparse
 import json
 import sys
+from pathlib import Path
 
 from tauperp.cli import BAD_INPUT
 from tauperp.commands import score
 from tauperp.errors import InputError
+from tauperp.files import write_atomically
 from tauperp.replay import log_report
 from tauperp.robot.options import add_robot_arguments, chain_of
 from tauperp.view.watching import add_watch_arguments, watching
 
 HELP = """LOG: push a bus log through the firmware's guard and compare what it sends with the guard's frames in the
-log, bit for bit. Exit code 0 if all are equal. --csv TABLE...: the same as `tauperp score TABLE...`."""
+log, bit for bit; draws the log in out/replay. Exit code 0 if all are equal. --csv TABLE...: the same as `tauperp score
+TABLE...`."""
 
-_OF_RECORDINGS = ("map", "task", "offsets", "bridge", "out")
+_OF_RECORDINGS = ("map", "task", "offsets", "bridge")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,7 +58,10 @@ def _refuse_foreign_options(args: argparse.Namespace) -> None:
 
 
 def _replay_log(args: argparse.Namespace) -> int:
-    with watching(args) as watch:
+    from tauperp.view.replay_figure import LogTimeline  # takes its time: not before the arguments are good
+
+    drawn = LogTimeline()
+    with watching(args, drawn.watch) as watch:
         replay = log_report.replay_log(
             args.log,
             config=args.config,
@@ -65,10 +71,16 @@ def _replay_log(args: argparse.Namespace) -> int:
             channel=args.log_channel,
             watch=watch,
         )
+    figure = drawn.figure(replay)
+    picture = Path(args.out or "out/replay") / f"{replay.path.stem}.png"
+    if figure is not None:
+        write_atomically(picture, figure)
     if args.json:
         print(json.dumps(log_report.report(replay), indent=2))
     else:
         print("\n".join(log_report.lines(replay)))
+        if figure is not None:
+            print(f"written: {picture}")
     if replay.damage is not None:
         sys.stdout.flush()
         print(f"tauperp: {replay.damage}", file=sys.stderr)

@@ -29,7 +29,7 @@ from tauperp.sim.telling import Telling
 from tauperp.sim.trace import Contact, Stop, Trace
 
 SETTLE_GAINS = 5.0  # times 1 / K
-FAULT_AFTERMATH_S = 1.0  # a stop that long after a sensor fault is still its doing
+FAULT_AFTERMATH_S = 1.0  # a stop that long after frames were wrong or missing is still their doing
 DETECTIONS = (
     Reason.COLLISION,
     Reason.EXPLAINED_FORCE,
@@ -186,7 +186,7 @@ class _Judge:
         """One sensor fault: what it did to the permission."""
         trace = self._trace
         rows = (trace.time_s >= fault.start_s) & (trace.time_s <= fault.end_s)
-        stop = next((one for one in trace.stops if _is_doing(one, fault)), None)
+        stop = next((one for one in trace.stops if _is_doing(one, fault, self._settle_s)), None)
         row: dict[str, Any] = {
             "joint": fault.joint,
             "kind": fault.kind,
@@ -219,7 +219,7 @@ class _Judge:
         trace = self._trace
         cause = "guard" if trace.ended is not None and stop is trace.stops[-1] and stop.reason == 0 else "none"
         for fault in self._scenario.faults:
-            if _is_doing(stop, fault):
+            if _is_doing(stop, fault, self._settle_s):
                 cause = "fault"
         for contact in trace.contacts:
             begin, end = contact.record.contact_s, contact.record.release_s
@@ -284,10 +284,15 @@ class _Judge:
         }
 
 
-def _is_doing(stop: Stop, fault: SensorFault) -> bool:
-    """Whether a stop may be a fault's doing: a frame that is wrong or missing is never taken for a collision."""
-    while_it_lasts = fault.start_s <= stop.time_s <= fault.end_s + FAULT_AFTERMATH_S
-    return while_it_lasts and (fault.kind in ("offset", "gain", "stuck") or stop.reason not in DETECTIONS)
+def _is_doing(stop: Stop, fault: SensorFault, settle_s: float) -> bool:
+    """Whether a stop may be a fault's doing.
+
+    A frame that is wrong or missing is never taken for a collision, and the guard may hold it against its sender for a
+    while. What a wrong torque did to the index is over when the observer has settled.
+    """
+    of_torque = fault.kind in ("offset", "gain", "stuck")
+    until_s = fault.end_s + (settle_s if of_torque else FAULT_AFTERMATH_S)
+    return fault.start_s <= stop.time_s <= until_s and (of_torque or stop.reason not in DETECTIONS)
 
 
 def permitted_spans(trace: Trace) -> list[tuple[float, float | None]]:

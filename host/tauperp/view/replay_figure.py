@@ -1,72 +1,112 @@
-"""A played recording as one figure: what the observer saw, and the index in force against its thresholds."""
+"""What a guard made of a bus log or of a recording, as one picture (tauperp.view.timeline)."""
 
-import io
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from tauperp.recording import Playback, Score
+from tauperp.config import TASKS, Configuration
+from tauperp.recording import Playback, Score, Trip
+from tauperp.replay.log_report import LogReplay
+from tauperp.sim.moment import Moment
+from tauperp.view.timeline import ALARM, MUTED, Mark, Span, Timeline, draw
 
-_SIZE_INCH = (11.0, 6.0)
-_DPI = 110
-_TOUCH = "#d9d9d9"
-_STOP = "#b2182b"
+FROZEN_TICKS = 50  # a joint whose torque repeats so often while others change is frozen
 
 
 def replay_figure(playback: Playback, score: Score) -> bytes:
-    """A PNG: above r of every joint in Nm, below |index| as a share of its joint's threshold.
-
-    Labelled touches are shaded. Triangles are the guard's stops: filled for a touch found, open for an alarm.
-    """
-    figure = Figure(figsize=_SIZE_INCH, dpi=_DPI, layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
+    """A recording as PNG. Red are the stops: touches found, with their delay, alarms, and inputs at fault."""
     recording = playback.recording
-    time = recording.time_s
-    thresholds = playback.configuration.threshold_nm(playback.task)
-    share = np.abs(playback.index) / thresholds
-    for joint, threshold in enumerate(thresholds):
-        colour, label = f"C{joint}", f"{joint + 1}: {threshold:g} Nm"
-        above.plot(time, playback.residual[:, joint], color=colour, linewidth=0.9, label=label)
-        below.plot(time, share[:, joint], color=colour, linewidth=0.9)
-    for axes in (above, below):
-        for touch in recording.touches:
-            axes.axvspan(touch.start_s, touch.end_s, color=_TOUCH, linewidth=0)
-        axes.margins(x=0.01)
-        axes.spines[["top", "right"]].set_visible(False)
-    below.axhline(1.0, color=_STOP, linewidth=1.0, linestyle="--")
-    top = max(2.0, 1.1 * float(share.max()))
-    below.set_ylim(0.0, top)
-    _mark(below, [trip.time_s for _, trip in score.found], top, "full", "stop in a touch")
-    _mark(below, [trip.time_s for trip in (*score.alarms, *score.input_stops)], top, "none", "any other stop")
-
-    index = playback.configuration.settings.task[playback.task].index
-    above.set_ylabel("r [Nm]")
-    above.legend(title="joint: threshold", fontsize=8, title_fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    below.set_ylabel(f"|{index}| / threshold")
-    below.set_xlabel("time [s]; touches shaded")
-    if below.get_legend_handles_labels()[0]:
-        below.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    above.set_title(
-        f"{recording.name}, {playback.configuration.robot.name}: {len(score.found)} of {score.touches} touches found, "
-        f"{len(score.alarms)} alarms in {score.idle_s:.1f} s idle",
-        loc="left",
-        fontsize=10,
-    )
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
-    return buffer.getvalue()
-
-
-def _mark(axes: Any, times: list[float], height: float, fill: str, label: str) -> None:
-    if times:
-        axes.plot(
-            times,
-            [0.96 * height] * len(times),
-            "v",
-            color=_STOP,
-            markersize=6,
-            fillstyle=fill,
-            label=label,
-            clip_on=False,
+    stops = [_found(1000 * (trip.time_s - touch.start_s), trip) for touch, trip in score.found]
+    stops += [_alarm(trip) for trip in score.alarms]
+    stops += [_mark(trip) for trip in score.input_stops]
+    stops += [Mark(touch.start_s, "MISSED", colour=ALARM) for touch in score.missed]
+    found = f"{len(score.found)} of {score.touches} touches found"
+    return draw(
+        Timeline(
+            title=f"{recording.name}, {playback.configuration.robot.name}: {found}, {len(score.alarms)} alarms in "
+            f"{score.idle_s:.1f} s idle",
+            time_s=recording.time_s,
+            residual_nm=playback.residual,
+            index_nm=playback.index,
+            threshold_nm=np.where(playback.threshold > 0, playback.threshold, np.inf),
+            permitted=playback.permitted,
+            symbol=playback.configuration.settings.task[playback.task].index,
+            stops=tuple(stops),
+            touches=tuple(Span(touch.start_s, touch.end_s) for touch in recording.touches),
+            unusable=frozen(recording.tau),
         )
+    )
+
+
+def _found(latency_ms: float, trip: Trip) -> Mark:
+    return Mark(trip.time_s, f"{latency_ms:.0f} ms\njoint {trip.joint}", trip.joint)
+
+
+def _alarm(trip: Trip) -> Mark:
+    return Mark(trip.time_s, f"ALARM\njoint {trip.joint}", trip.joint)
+
+
+def _mark(trip: Trip) -> Mark:
+    who = f"\njoint {trip.joint}" if trip.joint else ""
+    return Mark(trip.time_s, trip.reason.name.lower().replace("_", " ") + who, trip.joint)
+
+
+def frozen(torque: NDArray[np.float64], ticks: int = FROZEN_TICKS) -> NDArray[np.bool_]:
+    """(m, n) where a joint's torque (m, n) repeats for so many rows while another joint's goes on changing."""
+    same = np.diff(torque, axis=0, prepend=np.nan) == 0.0
+    found = np.zeros(torque.shape, bool)
+    for joint in range(torque.shape[1]):
+        edges = np.flatnonzero(np.diff(same[:, joint].astype(int), prepend=0, append=0)).reshape(-1, 2)
+        others = np.delete(same, joint, axis=1)
+        for first, last in edges:
+            if last - first >= ticks and not others[first:last].all(axis=1).mean() > 0.5:
+                found[first:last, joint] = True
+    return found
+
+
+class LogTimeline:
+    """A watch that keeps what is drawn of a replayed log."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[float, bool, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = []
+
+    def watch(self, moment: Moment) -> None:
+        """One tick."""
+        self._rows.append(
+            (moment.time_s, moment.permitted, moment.residual.copy(), moment.index.copy(), moment.threshold.copy())
+        )
+
+    def figure(self, replay: LogReplay) -> bytes | None:
+        """The log as PNG; None if the guard never ticked."""
+        if not self._rows:
+            return None
+        time, permitted, residual, index, threshold = (np.array(column) for column in zip(*self._rows, strict=True))
+        one = replay.comparison
+        different = () if replay.equal else ("the frames of the log and of this firmware differ",)
+        return draw(
+            Timeline(
+                title=f"{replay.path.name}  ·  {one.configuration.robot.name}, replayed",
+                time_s=time,
+                residual_nm=residual,
+                index_nm=index,
+                threshold_nm=np.where(threshold > 0, threshold, np.inf),
+                permitted=permitted,
+                symbol=_symbol(one.configuration),
+                verdict="passed" if replay.equal else "failed",
+                why=(replay.damage,) if replay.damage else different,
+                stops=tuple(_trip(trip) for trip in one.trips),
+            )
+        )
+
+
+def _trip(trip: Any) -> Mark:
+    who = f"\njoint {trip.joint}" if trip.joint else ""
+    colour = MUTED if trip.reason.name == "SHUTDOWN" else ALARM
+    return Mark(trip.time_s, trip.reason.name.lower().replace("_", " ") + who, trip.joint, colour)
+
+
+def _symbol(configuration: Configuration) -> str:
+    """Of the index, if every task has the same."""
+    used = {configuration.settings.task[name].index for name in TASKS}
+    return used.pop() if len(used) == 1 else "d"

@@ -63,7 +63,7 @@ class Timeline:
     time_s: Array  # (N,)
     residual_nm: Array  # (N, n)
     index_nm: Array  # (N, n)
-    threshold_nm: Array  # (N, n)
+    threshold_nm: Array  # (N, n); 0, infinite or not a number where no task is in force
     permitted: NDArray[np.bool_]  # (N,)
     symbol: str = "d"  # of the index
     verdict: str = ""  # passed, failed, incomplete; empty: there is none
@@ -79,6 +79,8 @@ class Timeline:
     coloured: tuple[int, ...] = field(init=False, default=())
 
     def __post_init__(self) -> None:
+        known = np.isfinite(self.threshold_nm) & (self.threshold_nm > 0)
+        object.__setattr__(self, "threshold_nm", np.where(known, self.threshold_nm, np.nan))
         joints = tuple(dict.fromkeys(stop.joint for stop in self.stops if stop.joint))[: len(JOINTS)]
         if not joints:
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -98,15 +100,15 @@ def draw(timeline: Timeline) -> bytes:
     rows = (4, 4, 1.8) if timeline.contact_n is not None else (4, 4)
     axes = list(figure.subplots(len(rows), 1, sharex=True, height_ratios=rows))
     one = _one_threshold(timeline)
-    scale = np.ones_like(timeline.threshold_nm) if one else np.maximum(timeline.threshold_nm, 1e-9)
+    scale = np.ones_like(timeline.threshold_nm) if one else timeline.threshold_nm
     for axis, values in ((axes[0], timeline.residual_nm), (axes[1], timeline.index_nm / scale)):
         _dress(axis, timeline)
         _lines(axis, timeline, values)
     for axis in axes[: 2 if one else 0] or [axes[1]]:
         _thresholds(axis, timeline, scale)
     for axis, values in ((axes[0], timeline.residual_nm), (axes[1], timeline.index_nm / scale)):
-        limit = (timeline.threshold_nm / scale).max() if one or axis is axes[1] else 0.0
-        reach = max(1.1 * float(np.abs(values).max()), 1.5 * float(limit), 1e-3)
+        limit = _largest(timeline.threshold_nm / scale) if one or axis is axes[1] else 0.0
+        reach = max(1.1 * _largest(np.abs(values)), 1.5 * limit, 1e-3)
         axis.set_ylim(-1.15 * reach, reach * (1.9 if axis is axes[1] and timeline.stops else 1.3))
     axes[0].set_ylabel("external torque r  [Nm]")
     axes[1].set_ylabel(f"index ${timeline.symbol}$  [Nm]" if one else f"index ${timeline.symbol}$ / threshold")
@@ -128,8 +130,13 @@ def draw(timeline: Timeline) -> bytes:
 
 def _one_threshold(timeline: Timeline) -> bool:
     """Whether one line in Nm is everybody's threshold: else the index is drawn as a share of it."""
-    limits = timeline.threshold_nm
-    return bool(limits.min() > 0 and np.ptp(limits, axis=1).max() < 1e-6)
+    limits = timeline.threshold_nm[np.isfinite(timeline.threshold_nm).all(axis=1)]
+    return len(limits) == 0 or bool(np.ptp(limits, axis=1).max() < 1e-6)
+
+
+def _largest(values: Array) -> float:
+    """Of the numbers among them; 0 if there is none."""
+    return float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
 
 
 def _dress(axis: Axes, timeline: Timeline) -> None:
@@ -161,7 +168,8 @@ def _lines(axis: Axes, timeline: Timeline, values: Array) -> None:
 
 def _thresholds(axis: Axes, timeline: Timeline, scale: Array) -> None:
     every = max(1, len(timeline.time_s) // MAX_POINTS)
-    limit = (timeline.threshold_nm / scale)[::every].max(axis=1)
+    limit = (timeline.threshold_nm / scale)[::every]
+    limit = np.where(np.isnan(limit).any(axis=1), np.nan, limit.max(axis=1))
     for sign in (-1, 1):
         axis.plot(timeline.time_s[::every], sign * limit, color=ALARM, linewidth=1, dashes=(5, 3), zorder=3)
 
@@ -209,7 +217,8 @@ def _labels(axis: Axes, marks: Sequence[Mark], time_s: Array, levels: int = LEVE
         taken[free[0]].append(room)
         axis.annotate(mark.text, (mark.time_s, 0.98 - level * free[0]), xycoords=("data", "axes fraction"),
                       xytext=(-5 if left else 5, 0), textcoords="offset points", ha="right" if left else "left",
-                      va="top", fontsize=8.5, color=mark.colour, zorder=8)  # fmt: skip
+                      va="top", fontsize=8.5, color=mark.colour, zorder=8,
+                      bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.8})  # fmt: skip
 
 
 def _legend(axis: Axes, timeline: Timeline) -> None:
