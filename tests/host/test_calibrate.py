@@ -194,6 +194,19 @@ def test_the_tail_is_not_extrapolated_beyond_ten_record_lengths() -> None:
     assert far == pytest.approx(near)
 
 
+def test_a_term_in_speed_is_worth_it_only_where_held_out_data_say_so() -> None:
+    rng = np.random.default_rng(5)
+    speed = rng.uniform(0, 1, (200, 3))
+    noise = 0.1 * rng.uniform(0, 1, (200, 3))
+    maxima = noise + np.array([1.0, 0.0, 1.0]) * speed
+    held = maxima[100:].copy()
+    held[:, 2] = 1.0  # as large when it is slow: what the first half said of speed does not hold
+    gain = tail.speed_gain(maxima[:100], speed[:100], held, speed[100:])
+    assert gain[0] == pytest.approx(0.45, abs=0.1)
+    assert gain[1] < 0.05
+    assert gain[2] == 0.0
+
+
 def frames_of(motion: Motion) -> list[can.Message]:
     sender = Sender(Wire.read(), fd=False)
     frames = []

@@ -25,6 +25,7 @@ FloatArray = npt.NDArray[np.float64]
 WARM_UP_S = 1.0  # of each motion, in which the observer finds the sensors' offsets
 BLOCK_S = 0.5  # longer than the memory of any filter here
 FEWEST_BLOCKS = 16  # in the part that is fitted
+SPEED_PAYS = 0.15  # share by which a term in speed has to lower a threshold to be mentioned
 MOST_OF_LIMIT = 0.99  # of what a configuration may have
 
 
@@ -44,6 +45,7 @@ class TaskCalibration:
     held_interval: tuple[float, float]
     others: dict[str, float]  # by recording: share of its blocks above thresholds from all the others
     speed_share: FloatArray  # (n,) in the first channel, of the block maxima's variance that the block's speed explains
+    speed_gain: FloatArray  # (channels, n) by which thresholds that grow with speed would be lower on held-out data
 
     def report(self) -> dict[str, Any]:
         """For JSON."""
@@ -57,6 +59,7 @@ class TaskCalibration:
             "held_out_hours": round(self.held_hours, 5),
             "held_out_alarms_per_hour_interval": [_number(value) for value in self.held_interval],
             "share_above_when_calibrated_on_the_others": {name: round(value, 4) for name, value in self.others.items()},
+            "share_by_which_a_speed_term_would_lower_thresholds": self.speed_gain.round(3).tolist(),
             "share_of_variance_that_speed_explains": [round(float(value), 3) for value in self.speed_share],
         }
 
@@ -117,6 +120,7 @@ def calibrate(
     for number, task in enumerate(active):
         progress(0.2 + 0.7 * number / len(active), f"thresholds of task {task}")
         tasks.append(_calibrate_task(task, corrected, at_rate, alarms_per_hour, held_out, numeric))
+    notes += [note for one in tasks if (note := _speed_note(one)) is not None]
     sensor = {
         "offset_nm": [round(float(value), 3) for value in correction.offset_nm],
         "friction_nm": [round(float(value), 3) for value in correction.friction_nm],
@@ -272,9 +276,12 @@ def _calibrate_task(
         if rest:
             foreign = tail.thresholds(np.concatenate(rest), BLOCK_S, alarms_per_hour)
             others[motion.name] = float((every[number] > foreign).any(axis=1).mean())
-    speeds = [
-        tail.block_maxima(_behind_warm_up(motion).qd[:at], block_rows) for motion, at in zip(motions, cut, strict=True)
-    ]
+    moved = [_behind_warm_up(motion).qd for motion in motions]
+    speeds = [tail.block_maxima(qd[:at], block_rows) for qd, at in zip(moved, cut, strict=True)]
+    later = [tail.block_maxima(qd[at:], block_rows) for qd, at in zip(moved, cut, strict=True)]
+    gain = tail.speed_gain(
+        maxima, np.tile(np.concatenate(speeds), channels), held, np.tile(np.concatenate(later), channels)
+    )
     return TaskCalibration(
         task,
         configuration.settings.task[task].index,
@@ -288,6 +295,20 @@ def _calibrate_task(
         poisson(alarms, hours),
         others,
         _explained(np.concatenate(speeds), maxima[:, :n]),
+        gain.reshape(channels, n),
+    )
+
+
+def _speed_note(one: TaskCalibration) -> str | None:
+    """Where a velocity-dependent threshold would pay: the firmware's thresholds are constant."""
+    worth = np.argwhere(one.speed_gain > SPEED_PAYS)
+    if not len(worth):
+        return None
+    joints = sorted({int(joint) + 1 for _, joint in worth})
+    return (
+        f"task {one.task}: thresholds that grow with speed would be up to {100 * one.speed_gain.max():.0f} % lower on "
+        f"held-out data (joint {', '.join(map(str, joints))}); constant ones are written: a slower robot can have lower "
+        "ones from recordings of its own"
     )
 
 
