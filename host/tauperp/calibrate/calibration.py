@@ -307,8 +307,8 @@ def _speed_note(one: TaskCalibration) -> str | None:
     joints = sorted({int(joint) + 1 for _, joint in worth})
     return (
         f"task {one.task}: thresholds that grow with speed would be up to {100 * one.speed_gain.max():.0f} % lower on "
-        f"held-out data (joint {', '.join(map(str, joints))}); constant ones are written: a slower robot can have lower "
-        "ones from recordings of its own"
+        f"held-out data (joint {', '.join(map(str, joints))}); constant ones are written: a slower robot can have "
+        "lower ones from recordings of its own"
     )
 
 
