@@ -38,6 +38,7 @@ class Script:
     trip: int = 0
     value: float = 0.0
     silent_joints: tuple[int, ...] = ()
+    variant: int = 0
     guard: bool = True
     robot: bool = True
 
@@ -66,7 +67,7 @@ SCRIPTS = {
 class Feed:
     """The frames of a script, cycle after cycle; the guard's pages and joints take turns as the firmware's do."""
 
-    PAGES = 7
+    PAGES = 8
 
     def __init__(self, wire: Wire, *, fd: bool = False) -> None:
         self._sender = Sender(wire, fd=fd)
@@ -123,6 +124,7 @@ class Feed:
             {"FirmwareVersion": 0x0102, "WireVersion": 1, "ConfigSchema": 3, "BuildId": 0xBEEF},
             {"ConfigCrc": CONFIG_CRC},
             {"RobotJoints": script.joints, "Numeric": 1, "Format": 1, "WorstTickTime": 61, "DeadlineMargin": 7210},
+            {"StartCause": 1, "Variant": script.variant, "Restarts": 0, "Channel": 0},
         )
         return self._sender.frame("GuardStatus", {"Page": page, **signals[page]})
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from typing import Any
 
 import can
 import pytest
@@ -9,6 +10,7 @@ from monitor_feed import CONFIG_CRC, MOVING, TRIPPED, Feed, Script
 
 from tauperp.busload import worst_case_load
 from tauperp.monitor import Monitor, Snapshot, report
+from tauperp.monitor.advice import advice
 from tauperp.monitor.rates import WINDOW_S, Rates
 from tauperp.monitor.snapshot import SILENT_S, STALE_S, Traffic, spoken
 from tauperp.wire import Sender, Wire
@@ -238,6 +240,48 @@ def test_silence_is_a_stop_that_ends_with_the_next_permission() -> None:
     assert stop.time_s == pytest.approx(EPOCH_S + 1.0, abs=0.01)
     (stop,) = listening.hear(MOVING).see().stops
     assert stop.lasted_s == pytest.approx(1.0, abs=0.02)
+
+
+def test_silences_one_after_the_other_are_one_line_and_the_trip_before_stays() -> None:
+    listening = Listening().hear(MOVING).hear(TRIPPED).hear(dataclasses.replace(MOVING, trip=7))
+    for _ in range(4):
+        listening.see(later_s=1.0)
+        listening.hear(dataclasses.replace(MOVING, trip=7))
+    silence, trip = listening.see().stops
+    assert (silence.reason, silence.times, trip.trip_number) == ("Silence", 4, 7)
+
+
+def test_a_simulation_that_is_slower_than_real_time_is_not_silent() -> None:
+    slow = dataclasses.replace(MOVING, variant=1)
+    for script, heard in ((MOVING, False), (slow, True)):
+        snapshot = Listening().hear(script, 1.0).see(later_s=1.0)
+        assert snapshot.heard == heard
+        assert (snapshot.live("State") is not None) == heard
+        assert len(snapshot.stops) == (0 if heard else 1)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reset", "said"),
+    [
+        ({}, None, "index of joint 3 is above its threshold; then GuardReset of trip 7"),
+        ({"index": (0.0,) * 7}, None, "next: GuardReset of trip 7, Request from 0 to 1"),
+        ({"index": (0.0,) * 7}, 3, "(the last reset named trip 3)"),
+        ({"index": (0.0,) * 7}, 7, "(the last reset came before everything was good for long enough)"),
+        ({"index": (0.0,) * 7, "silent_joints": (2,)}, None, "frames of joint 2 are missing; then GuardReset"),
+        ({"state": 5, "reason": 15}, None, "remove the cause and restart the guard"),
+    ],
+)
+def test_a_stopped_robot_is_told_what_to_do(changes: dict[str, Any], reset: int | None, said: str) -> None:
+    listening = Listening().hear(dataclasses.replace(TRIPPED, **changes), 1.2)
+    if reset is not None:
+        sender = Sender(WIRE, fd=False)
+        for request in (0, 1):
+            listening.one(sender.frame("GuardReset", {"Request": request, "TripNumber": reset}))
+    assert said in advice(listening.see())
+
+
+def test_nothing_is_advised_while_motion_is_permitted() -> None:
+    assert advice(Listening().hear(MOVING).see()) == ""
 
 
 def test_the_history_of_a_day_does_not_grow_without_end() -> None:

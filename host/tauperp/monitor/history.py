@@ -14,17 +14,18 @@ class History:
 
     - a new trip number, even if the trip before it still holds;
     - a permission that ends without one, as in a guard that was restarted;
-    - silence: no StopCommand for SILENT_S after there had been one.
+    - silence: no StopCommand for SILENT_S after there had been one. Silences one after the other are one stop.
     """
 
     def __init__(self) -> None:
         self._stops: deque[Stop] = deque(maxlen=KEPT)  # newest first
         self._last: Verdict | None = None
         self._heard_s = 0.0
+        self._silent_since: float | None = None
 
-    def note(self, verdict: Verdict, time_s: float) -> None:
+    def note(self, verdict: Verdict, time_s: float, silent_s: float = SILENT_S) -> None:
         """A good StopCommand, received at `time_s`."""
-        self.look(time_s)
+        self.look(time_s, silent_s)
         before, self._last, self._heard_s = self._last, verdict, time_s
         newest = self._stops[0] if self._stops else None
         if verdict.permitted:
@@ -40,12 +41,17 @@ class History:
         index = verdict.index_nm if verdict.collided else None
         self._begin(Stop(time_s, number, verdict.reason, verdict.joint, index, earlier=earlier))
 
-    def look(self, time_s: float) -> None:
-        """Time has passed: is it silence by now?"""
+    def look(self, time_s: float, silent_s: float = SILENT_S) -> None:
+        """Time has passed: is it silence by now, with no StopCommand for `silent_s`?"""
         newest = self._stops[0] if self._stops else None
-        silent = self._last is not None and time_s - self._heard_s > SILENT_S
-        known = newest is not None and newest.reason == SILENCE and newest.time_s == self._heard_s
-        if silent and not known:
+        silent = self._last is not None and time_s - self._heard_s > silent_s
+        known = self._silent_since == self._heard_s
+        if not silent or known:
+            return
+        self._silent_since = self._heard_s
+        if newest is not None and newest.reason == SILENCE:  # real trips stay in sight
+            self._stops[0] = dataclasses.replace(newest, time_s=self._heard_s, lasted_s=None, times=newest.times + 1)
+        else:
             self._begin(Stop(self._heard_s, None, SILENCE))
 
     def stops(self) -> tuple[Stop, ...]:

@@ -9,7 +9,17 @@ from tauperp.bus import BITRATE, DATA_BITRATE
 from tauperp.busload import FrameBits, classic_bits, fd_bits
 from tauperp.monitor.history import History
 from tauperp.monitor.rates import Rates
-from tauperp.monitor.snapshot import JointIndex, Reading, Snapshot, Traffic, Verdict
+from tauperp.monitor.snapshot import (
+    SILENT_S,
+    SLOWER,
+    STALE_S,
+    JointIndex,
+    Reading,
+    Reset,
+    Snapshot,
+    Traffic,
+    Verdict,
+)
 from tauperp.wire import E2EStatus, Received, Receiver, Wire, WireMessage
 
 CLASSIC_HZ, FD_HZ = 500.0, 1000.0  # the wire's two pairs of format and cycle rate
@@ -17,7 +27,12 @@ MOVE = (1, 14)  # Permission and PermissionInverted: every other pair is a stop
 EXTENDED_BITS = 25  # of an extended id: SRR, IDE, 18 bits of id, and the stuff bits that they can cost
 ERROR_FRAME_BITS = FrameBits(23)  # superposed flags, delimiter and intermission at their longest
 _BUSY = "busy"
-_DECODED = ("StopCommand", "GuardStatus", "GuardIndex")  # of all others only the E2E check is of interest here
+_DECODED = (
+    "StopCommand",
+    "GuardStatus",
+    "GuardIndex",
+    "GuardReset",
+)  # of all others only the E2E check is of interest here
 _ERRORS = {
     E2EStatus.WRONG_CRC: "crc_errors",
     E2EStatus.REPEATED: "sequence_errors",
@@ -55,6 +70,7 @@ class Monitor:
         self._counts: dict[str, Counter[str]] = {name: Counter() for name in wire.messages}
         self._decoded = {wire.message(name).id for name in _DECODED}
         self._verdict: tuple[Verdict, float] | None = None
+        self._reset: tuple[Reset, float] | None = None
         self._status: dict[str, tuple[float | str, float]] = {}
         self._joints: dict[int, tuple[JointIndex, float]] = {}
         self._fd: bool | None = None
@@ -86,9 +102,10 @@ class Monitor:
     def snapshot(self, now_s: float) -> Snapshot:
         """All of it at `now_s`."""
         self._rates.advance(now_s)
-        self._history.look(now_s + self._epoch_s)
-        status = {name: Reading(value, now_s - at_s) for name, (value, at_s) in self._status.items()}
-        joints = {joint: Reading(value, now_s - at_s) for joint, (value, at_s) in sorted(self._joints.items())}
+        slower, stale_s = self._slower, STALE_S * self._slower
+        self._history.look(now_s + self._epoch_s, SILENT_S * slower)
+        status = {name: Reading(value, now_s - at_s, stale_s) for name, (value, at_s) in self._status.items()}
+        joints = {joint: Reading(value, now_s - at_s, stale_s) for joint, (value, at_s) in sorted(self._joints.items())}
         return Snapshot(
             time_s=now_s + self._epoch_s,
             listened_s=now_s - self._begin_s,
@@ -103,7 +120,14 @@ class Monitor:
             foreign_frames=self._foreign,
             format_errors=self._format_errors,
             error_frames=self._error_frames,
+            silent_s=SILENT_S * slower,
+            reset=None if self._reset is None else Reading(self._reset[0], now_s - self._reset[1]),
         )
+
+    @property
+    def _slower(self) -> float:
+        """How much longer than by the clock a cycle may take."""
+        return SLOWER if self._status.get("Variant", ("", 0.0))[0] == "Lockstep" else 1.0
 
     @property
     def _nominal_hz(self) -> float:
@@ -135,7 +159,9 @@ class Monitor:
         if name == "StopCommand":
             verdict = self._read_verdict(signals)
             self._verdict = (verdict, now_s)
-            self._history.note(verdict, now_s + self._epoch_s)
+            self._history.note(verdict, now_s + self._epoch_s, SILENT_S * self._slower)
+        elif name == "GuardReset":
+            self._reset = (Reset(bool(signals["Request"]), int(signals["TripNumber"])), now_s)
         elif name == "GuardStatus":
             words = self._words[name]
             for signal, value in signals.items():

@@ -2,7 +2,7 @@
 
     title                       bus, format, rate, load, time
     verdict (3)                 in letters that can be read from across the room: MOVE, STOP
-    guard (2)                   state, task, singular value; times
+    guard (2)                   state, task, singular value; times, or what to do while it is stopped
     joints (1 + n)              r and d as bars; the upright line is each joint's own threshold
     stops | frames | errors     side by side
     remaining counters, versions
@@ -15,6 +15,7 @@ from collections.abc import Sequence
 
 from rich.text import Text
 
+from tauperp.monitor.advice import advice, singular
 from tauperp.monitor.joints import joint_lines
 from tauperp.monitor.snapshot import Snapshot, Stop, Traffic, spoken
 from tauperp.monitor.style import ALARM, HEADING, STALE, beside, big_word, dotted, fit, room_beside
@@ -106,12 +107,16 @@ def _cause(reason: str, joint: int) -> str:
 
 
 def _guard(snapshot: Snapshot) -> list[Text]:
+    """State, task and singular value; the times of a tick, or what to do while motion is not permitted."""
+    zero, next_step = singular(snapshot), advice(snapshot)
+    smallest = _known(snapshot, "SmallestSingular", "smallest singular value", "Nm/N", "{:.4f}")
+    if zero:
+        smallest = Text("singular value ", STALE).append(zero, "bold")
+    first = dotted(_known(snapshot, "State", "state"), _known(snapshot, "Task", "task"), smallest)
+    if next_step:
+        return [first, Text(next_step, "bold")]
     return [
-        dotted(
-            _known(snapshot, "State", "state"),
-            _known(snapshot, "Task", "task"),
-            _known(snapshot, "SmallestSingular", "smallest singular value", "Nm/N", "{:.4f}"),
-        ),
+        first,
         dotted(
             _known(snapshot, "TickTime", "tick", "us"),
             _known(snapshot, "WorstTickTime", "worst", "us"),
@@ -147,7 +152,8 @@ def _stop(stop: Stop, width: int, wide: bool) -> Text:
     where = f" J{stop.joint}" if stop.joint else ""
     value = "" if stop.index_nm is None else f" {stop.index_nm:+.2f} Nm"
     number = "-" if stop.trip_number is None else f"{stop.trip_number}"
-    line = Text(f"{when:<{12 if wide else 8}} {number:>{4 if wide else 3}} {spoken(stop.reason)}{where}{value}")
+    times = f" x{stop.times}" if stop.times > 1 else ""
+    line = Text(f"{when:<{12 if wide else 8}} {number:>{4 if wide else 3}} {spoken(stop.reason)}{where}{value}{times}")
     if wide:
         line.append("  now" if stop.lasted_s is None else f"  for {_ago(stop.lasted_s)}", STALE)
     line.stylize(ALARM if stop.lasted_s is None else "")

@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeVar
 
 SILENT_S = 0.2  # no StopCommand for so long is silence to a person; the robot itself waits one cycle
 STALE_S = 0.5  # the guard says everything at least every 64 ms (GuardIndex of 8 joints at 500 Hz)
+SLOWER = 10.0  # both times so much for a guard in lockstep: its simulation takes the time that it needs
 
 Value = TypeVar("Value")
 
@@ -18,11 +19,12 @@ class Reading(Generic[Value]):
 
     value: Value
     age_s: float
+    stale_s: float = STALE_S
 
     @property
     def live(self) -> bool:
         """Young enough to be shown as what is."""
-        return self.age_s <= STALE_S
+        return self.age_s <= self.stale_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,14 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
+class Reset:
+    """A GuardReset of the robot."""
+
+    request: bool
+    trip_number: int
+
+
+@dataclass(frozen=True, slots=True)
 class JointIndex:
     """A GuardIndex, Nm."""
 
@@ -56,7 +66,7 @@ class Stop:
     """The permission was withdrawn, or nobody gave it any more (trip number None).
 
     `time_s` since 1970; `lasted_s` until the permission came back, None while it has not; `earlier`: it was so already
-    when the monitor began to listen.
+    when the monitor began to listen; `times`: silences with no trip between them are one stop.
     """
 
     time_s: float
@@ -66,6 +76,7 @@ class Stop:
     index_nm: float | None = None
     lasted_s: float | None = None
     earlier: bool = False
+    times: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,11 +121,13 @@ class Snapshot:
     foreign_frames: int  # of no message of this wire
     format_errors: int  # of one, but of another length or kind
     error_frames: int  # that the bus itself reported, and times that the interface went down
+    silent_s: float = SILENT_S  # of a StopCommand, until it is silence
+    reset: Reading[Reset] | None = None  # the newest GuardReset
 
     @property
     def heard(self) -> bool:
         """A guard is on the bus, now."""
-        return self.verdict is not None and self.verdict.age_s <= SILENT_S
+        return self.verdict is not None and self.verdict.age_s <= self.silent_s
 
     @property
     def permitted(self) -> bool:

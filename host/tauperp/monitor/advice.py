@@ -1,0 +1,68 @@
+"""What a person can do about a robot that may not move: the reset that is wanted, why the last one was refused, and
+what is not healthy yet."""
+
+from tauperp.monitor.snapshot import Snapshot, spoken
+
+NEAR = 1.0  # of its threshold: an index above it keeps the guard from granting a reset
+RESET_SHOWN_S = 5.0  # a reset that is older is not the last try any more
+WANTED = ("AwaitingReset", "Restarted")
+
+
+def advice(snapshot: Snapshot) -> str:
+    """One line while motion is not permitted and the guard is heard; empty otherwise."""
+    if snapshot.verdict is None or not snapshot.heard or snapshot.permitted:
+        return ""
+    verdict, state = snapshot.verdict.value, snapshot.live("State")
+    if state == "Fault":
+        return "next: remove the cause and restart the guard; no reset ends a fault"
+    troubles = _troubles(snapshot)
+    if verdict.trip_number == 0 and verdict.reason not in WANTED:
+        return f"next: {troubles}" if troubles else "next: wait until the guard asks for a reset"
+    wanted = f"next: GuardReset of trip {verdict.trip_number}, Request from 0 to 1"
+    if troubles:
+        wanted = f"next: {troubles}; then GuardReset of trip {verdict.trip_number}"
+    refused = _refused(snapshot)
+    return f"{wanted} ({refused})" if refused else wanted
+
+
+def _troubles(snapshot: Snapshot) -> str:
+    """What is missing or too large now."""
+    missing = [f"joint {one.joint}" if one.joint else one.name for one in snapshot.traffic if one.missing]
+    missing = [name for name in missing if name not in ("StopCommand", "GuardStatus", "GuardIndex")]
+    above = [
+        f"joint {joint}"
+        for joint, reading in snapshot.joints.items()
+        if reading.live and abs(reading.value.index_nm) >= NEAR * reading.value.threshold_nm > 0
+    ]
+    said = []
+    if missing:
+        said.append(f"frames of {_few(missing)} are missing")
+    if above:
+        said.append(f"index of {_few(above)} is above its threshold")
+    return ", ".join(said)
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= 3 else f"{names[0]} and {len(names) - 1} more"
+
+
+def _refused(snapshot: Snapshot) -> str:
+    """Why the last reset that was heard did nothing."""
+    verdict, reset = snapshot.verdict, snapshot.reset
+    if verdict is None or reset is None or reset.age_s > RESET_SHOWN_S or not reset.value.request:
+        return ""
+    if reset.value.trip_number != verdict.value.trip_number:
+        return f"the last reset named trip {reset.value.trip_number}"
+    if _troubles(snapshot):
+        return "the last reset came too early"
+    return "the last reset came before everything was good for long enough"
+
+
+def singular(snapshot: Snapshot) -> str:
+    """What a smallest singular value of zero means; empty for any other."""
+    if snapshot.live("SmallestSingular") != 0.0:
+        return ""
+    task = snapshot.live("Task")
+    if isinstance(task, str) and spoken(task) == "none":
+        return "0: this task explains nothing"
+    return "0: no basis, or a direction of it is lost"
