@@ -1,15 +1,15 @@
 #include "bidiagonal.h"
 
-/* Rows first to last, whose entries above the diagonal are all worth chasing but for the last one's. */
+/* Rows first to last: all entries above the diagonal are significant, except that of the last row. */
 typedef struct {
     uint32_t first, last;
 } block_t;
 
-/* The first sweeps are without a shift: a singular value that is small beside the next one comes out by these alone. */
+/* The first sweeps have no shift: they isolate a singular value that is small compared with the next one. */
 static const uint32_t unshifted_sweeps = 2;
-static const uint32_t late_sweeps = 8; /* float has none of them */
+static const uint32_t late_sweeps = 8; /* never reached in float */
 
-/* Entries this short are zero: their squares may have no exact float. */
+/* Smaller entries count as zero: their squares may be subnormal. */
 static const num_t nothing = NUM(1e-15);
 
 void bidiagonal_square(bidiagonal_t *self, uint32_t *saturations) {
@@ -25,9 +25,9 @@ void bidiagonal_square(bidiagonal_t *self, uint32_t *saturations) {
     }
 }
 
-/* Whether tolerance * |B^-1|_F of the first `rows` rows, which is left in *share, is below 1. Row i of the inverse is
- * as long as sqrt(1 + (above_i * length of row i+1)^2) / |diagonal_i|. */
-static bool short_inverse(const bidiagonal_t *self, uint32_t rows, num_t tolerance, num_t *share,
+/* True if *ratio = tolerance * |B^-1|_F of the first `rows` rows is below 1. The norm of row i of the inverse is
+ * sqrt(1 + (above_i * norm of row i+1)^2) / |diagonal_i|. */
+static bool short_inverse(const bidiagonal_t *self, uint32_t rows, num_t tolerance, num_t *ratio,
                           uint32_t *saturations) {
     const num_wide_t square = num_wide(tolerance, tolerance);
     num_wide_t sum = num_widen(NUM(0));
@@ -36,18 +36,18 @@ static bool short_inverse(const bidiagonal_t *self, uint32_t rows, num_t toleran
         const num_t size = num_abs(self->diagonal[i]);
         const num_t along = num_mul(self->above[i], row, saturations);
         const num_t length = num_root(square + num_wide(along, along));
-        if (!(length < size)) { /* so that no quotient is too large for its type */
+        if (!(length < size)) { /* keeps the quotient in range */
             return false;
         }
         row = num_div(length, size, saturations);
         sum += num_wide(row, row);
     }
-    *share = num_root(sum);
+    *ratio = num_root(sum);
     return sum < num_widen(NUM(1));
 }
 
-/* The block that ends in row `last`: from where all above the diagonal is larger than `negligible`. What is not, above
- * the block, becomes zero. */
+/* The block that ends in row `last`: it begins where every entry above the diagonal exceeds `negligible`. The
+ * negligible entry before the block becomes zero. */
 static block_t block_of(bidiagonal_t *self, uint32_t last, num_t negligible) {
     block_t block = {.first = last, .last = last};
     while ((block.first > 0u) && (num_abs(self->above[block.first - 1u]) > negligible)) {
@@ -59,8 +59,8 @@ static block_t block_of(bidiagonal_t *self, uint32_t last, num_t negligible) {
     return block;
 }
 
-/* Whether the next sweep is with a shift. In fixed point the shift of a large last row may be lost on a small row
- * before: late sweeps do without it there. */
+/* Whether the next sweep uses a shift. In fixed point a small row before a large last row can lose the shift, so late
+ * sweeps have none there. */
 static bool wants_shift(const bidiagonal_t *self, block_t block, uint32_t sweeps, uint32_t *saturations) {
     bool wants = sweeps >= unshifted_sweeps;
     if (sweeps >= late_sweeps) {
@@ -72,8 +72,7 @@ static bool wants_shift(const bidiagonal_t *self, block_t block, uint32_t sweeps
     return wants;
 }
 
-/* The shift: of the eigenvalues of B^T B's last two rows the smaller one, because it is the small singular values that
- * are to come out first. */
+/* The shift: the smaller eigenvalue of the last two rows of B^T B, so that the small singular values converge first. */
 static num_wide_t shift_of(const bidiagonal_t *self, block_t block) {
     const uint32_t last = block.last;
     const num_t before = ((last - 1u) > block.first) ? self->above[last - 2u] : NUM(0);
@@ -84,12 +83,11 @@ static num_wide_t shift_of(const bidiagonal_t *self, block_t block) {
                                   num_wide(entry, above));
 }
 
-/* What comes in behind a pair of rows that the rotation before has left as they are, for all that a number can tell:
- * the sweep begins anew, by what lies ahead alone. Without a shift that comes to the same. With one it does where it
- * puts nothing worth chasing beside `before`, the entry above the diagonal in the row before; else the shift has been
- * lost. */
-static num_rotation_t begun_anew(num_t before, num_t entry, num_t above, num_wide_t shift, bool shifted,
-                                 num_t negligible, bool *lost, uint32_t *saturations) {
+/* Restart of the bulge chase after a rotation that was numerically the identity. Unshifted: equivalent to continuing.
+ * Shifted: valid only if the fill-in beside `before`, the entry above the diagonal in the previous row, is negligible;
+ * otherwise *lost is set. */
+static num_rotation_t restarted_chase(num_t before, num_t entry, num_t above, num_wide_t shift, bool shifted,
+                                      num_t negligible, bool *lost, uint32_t *saturations) {
     if (!shifted) {
         return num_rotation(entry, above, saturations);
     }
@@ -99,12 +97,12 @@ static num_rotation_t begun_anew(num_t before, num_t entry, num_t above, num_wid
     return aside ? right : num_rotation(NUM(1), NUM(0), saturations); /* none */
 }
 
-/* One sweep over a block: rotations of two columns and of two rows in turn. The first is by the first column of B^T B
- * less the shift; each of the others puts right what the one before has put out of place. False where the shift was
- * lost on the way, as it may be in fixed point. */
+/* One sweep over a block: alternating rotations of two columns and two rows. The first acts on the first column of
+ * B^T B minus the shift. Each of the others moves the bulge of the previous one. False if the shift was lost, which can
+ * happen in fixed point. */
 static bool sweep(bidiagonal_t *self, bidiagonal_path_t *path, block_t block, num_wide_t shift, bool shifted,
                   num_t negligible, uint32_t *saturations) {
-    bidiagonal_turn_t *turn = &path->turn[path->turns];
+    bidiagonal_rotation_t *rotation = &path->rotation[path->rotations];
     num_t entry = self->diagonal[block.first];
     num_t above = self->above[block.first];
     num_rotation_t right =
@@ -120,8 +118,8 @@ static bool sweep(bidiagonal_t *self, bidiagonal_path_t *path, block_t block, nu
         self->diagonal[i] = left.length;
         self->above[i] = num_turned_first(left.cos, left.sin, beside, below, saturations);
         entry = num_turned_second(left.cos, left.sin, beside, below, saturations);
-        *turn = (bidiagonal_turn_t){.cos = left.cos, .sin = left.sin, .first = i};
-        ++turn;
+        *rotation = (bidiagonal_rotation_t){.cos = left.cos, .sin = left.sin, .first = i};
+        ++rotation;
         if ((i + 1u) < block.last) {
             const num_t bulge = num_unit_times(left.sin, after); /* beside this row's `above` */
             above = num_unit_times(left.cos, after);
@@ -129,17 +127,17 @@ static bool sweep(bidiagonal_t *self, bidiagonal_path_t *path, block_t block, nu
                 right = num_rotation(self->above[i], bulge, saturations);
                 self->above[i] = right.length;
             } else {
-                right = begun_anew(self->above[i], entry, above, shift, shifted, negligible, &lost, saturations);
+                right = restarted_chase(self->above[i], entry, above, shift, shifted, negligible, &lost, saturations);
             }
         }
     }
     self->diagonal[block.last] = entry;
-    path->turns += block.last - block.first;
+    path->rotations += block.last - block.first;
     ++path->sweeps;
     return !lost;
 }
 
-/* A rounding of B as a whole. */
+/* Rounding error relative to the norm of B. */
 static num_t negligible_beside(const bidiagonal_t *self, uint32_t *saturations) {
     num_wide_t square = num_widen(NUM(0));
     for (uint32_t i = 0; i < self->rows; ++i) {
@@ -150,23 +148,23 @@ static num_t negligible_beside(const bidiagonal_t *self, uint32_t *saturations) 
 
 void bidiagonal_diagonalise(bidiagonal_t *self, num_t tolerance, bool all, bidiagonal_path_t *path,
                             uint32_t *saturations) {
-    path->turns = 0;
+    path->rotations = 0;
     path->sweeps = 0;
-    path->left = self->rows;
-    path->share = NUM(0);
-    path->done = (self->rows == 0u) || (!all && short_inverse(self, self->rows, tolerance, &path->share, saturations));
+    path->open_rows = self->rows;
+    path->ratio = NUM(0);
+    path->done = (self->rows == 0u) || (!all && short_inverse(self, self->rows, tolerance, &path->ratio, saturations));
     if (path->done) {
         return;
     }
     const num_t negligible = negligible_beside(self, saturations);
     bool through = true;
     while (!path->done && (path->sweeps < BIDIAGONAL_MAX_SWEEPS)) {
-        const block_t block = block_of(self, path->left - 1u, negligible);
+        const block_t block = block_of(self, path->open_rows - 1u, negligible);
         if (block.first == block.last) {
-            --path->left;
-            path->share = NUM(0);
-            path->done =
-                (path->left == 0u) || (!all && short_inverse(self, path->left, tolerance, &path->share, saturations));
+            --path->open_rows;
+            path->ratio = NUM(0);
+            path->done = (path->open_rows == 0u) ||
+                         (!all && short_inverse(self, path->open_rows, tolerance, &path->ratio, saturations));
         } else {
             const bool shifted = through && wants_shift(self, block, path->sweeps, saturations);
             const num_wide_t shift = shifted ? shift_of(self, block) : num_widen(NUM(0));
@@ -175,15 +173,15 @@ void bidiagonal_diagonalise(bidiagonal_t *self, num_t tolerance, bool all, bidia
     }
 }
 
-void bidiagonal_turn_back(const bidiagonal_path_t *path, uint32_t count, num_t vector[][BIDIAGONAL_MAX_ROWS]) {
-    for (uint32_t t = path->turns; t-- > 0u;) {
-        const bidiagonal_turn_t turn = path->turn[t];
+void bidiagonal_rotate_back(const bidiagonal_path_t *path, uint32_t count, num_t vector[][BIDIAGONAL_MAX_ROWS]) {
+    for (uint32_t r = path->rotations; r-- > 0u;) {
+        const bidiagonal_rotation_t rotation = path->rotation[r];
         for (uint32_t v = 0; v < count; ++v) {
-            num_t *const pair = &vector[v][turn.first];
+            num_t *const pair = &vector[v][rotation.first];
             const num_t first = pair[0];
             const num_t second = pair[1];
-            pair[0] = num_unit_turned(turn.cos, -turn.sin, first, second);
-            pair[1] = num_unit_turned(turn.sin, turn.cos, first, second);
+            pair[0] = num_unit_turned(rotation.cos, -rotation.sin, first, second);
+            pair[1] = num_unit_turned(rotation.sin, rotation.cos, first, second);
         }
     }
 }

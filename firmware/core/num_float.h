@@ -9,8 +9,8 @@
 #define NUM(x)      ((num_t)(x))
 #define NUM_NUMERIC 1u
 
-/* The builtin calls sqrtf for negative numbers, to set errno, unless -fno-math-errno says that nobody wants it. Who
- * compiles these files for a host without that flag gets the instruction itself: no program needs a library for it. */
+/* Without -fno-math-errno the builtin calls sqrtf for negative numbers, to set errno. The instruction is used directly
+ * then, so that no program needs libm. */
 static inline float num_float_root(float square) {
 #if !defined(__NO_MATH_ERRNO__) && (defined(__x86_64__) || defined(__aarch64__))
     float root;
@@ -29,7 +29,7 @@ typedef float num_inverse_t; /* 1 / sqrt(.) */
 
 #define NUM_INVERSE_NONE 0.0f /* times it, anything is zero */
 
-/* A function that is worth a copy for each constant that it is called with; not where every product is a call. */
+/* Force inlining so that each call specialises on its constant arguments. Never on soft-float targets. */
 #ifdef __SOFTFP__
 #define NUM_STEP static __attribute__((noinline))
 #else

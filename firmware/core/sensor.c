@@ -1,6 +1,6 @@
 #include "sensor.h"
 
-bool sensor_holds(const sensor_config_t *config) {
+bool sensor_config_is_valid(const sensor_config_t *config) {
     bool holds = true;
     for (uint32_t i = 0; i < (uint32_t)ROBOT_MAX_JOINTS; ++i) {
         const num_t offset = config->offset_nm[i];

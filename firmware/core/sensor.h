@@ -19,7 +19,7 @@ typedef struct {
 } sensor_config_t;
 
 /* The settings are finite and within their bounds. */
-bool sensor_holds(const sensor_config_t *config);
+bool sensor_config_is_valid(const sensor_config_t *config);
 
 /* The link's torque from the measured one. `torque` and `corrected` may be the same array. */
 void sensor_correct(const sensor_config_t *config, uint32_t joints, const num_t *velocity, const num_t *torque,

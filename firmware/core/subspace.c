@@ -5,25 +5,24 @@
 #define ROWS    REFLECTOR_ROWS
 #define COLUMNS SUBSPACE_MAX_COLUMNS
 
-/* A while it is made bidiagonal. Step `at` clears the column of that number below its diagonal entry, and then the row
- * beyond the next entry: what it works on are rows from `at` on, and each `at` is worth a copy of the code that loops
- * along them (NUM_STEP). Loops go to the full length: what is not there is zero. Everything is multiplied by
- * 2^headroom (num.h). */
+/* A during the bidiagonalisation. Step `at` clears column `at` below the diagonal, then row `at` beyond the next entry.
+ * The code is specialised for each constant `at` (NUM_STEP). Loops run to the full length, over zeros. All entries are
+ * multiplied by 2^headroom (num.h). */
 typedef struct {
     num_t column[COLUMNS][ROBOT_MAX_JOINTS];
     bidiagonal_t bidiagonal;
     int32_t headroom;
 } work_t;
 
-/* Where everything is explained, but with a singular value below this, in the unit of A, the reflectors are made anew
- * by QR alone: what the reflections from the right add to the rounding shows in such a direction. */
+/* If everything is explained but a singular value is below this (unit of A), QR computes the reflectors again: the
+ * reflections from the right would add visible rounding error in such a direction. */
 static const num_t weak = NUM(0.01);
 
 void subspace_init(subspace_t *self) {
     *self = (subspace_t){0};
 }
 
-/* Clears row `at` beyond its next entry by a reflection from the right, which turns no direction of torque. */
+/* Clears row `at` beyond its next entry by a reflection from the right, which leaves directions of torque unchanged. */
 NUM_STEP void clear_row(work_t *work, uint32_t k, const uint32_t at, uint32_t *saturations) {
     num_t v[COLUMNS];
     num_wide_t along[ROWS];
@@ -45,14 +44,14 @@ NUM_STEP void clear_row(work_t *work, uint32_t k, const uint32_t at, uint32_t *s
     }
     for (uint32_t c = at + 1u; c < k; ++c) {
         num_t *const x = work->column[c];
-        const num_t share = v[c];
+        const num_t weight = v[c];
         for (uint32_t i = at + 1u; i < ROWS; ++i) {
-            x[i] = num_narrow(num_widen(x[i]) - num_wide(scale[i], share), saturations);
+            x[i] = num_narrow(num_widen(x[i]) - num_wide(scale[i], weight), saturations);
         }
     }
 }
 
-/* Step `at`, if there is one. Its columns are read from `from`. */
+/* Step `at`, if A has as many directions. Reads the columns from `from`. */
 NUM_STEP void clear_column_and_row(subspace_t *self, work_t *work, uint32_t k, const num_t from[][ROBOT_MAX_JOINTS],
                                    const uint32_t at) {
     if (at >= self->directions) {
@@ -77,7 +76,7 @@ NUM_STEP void clear_column_and_row(subspace_t *self, work_t *work, uint32_t k, c
     }
 }
 
-/* The columns multiplied by 2^headroom: as they are where that is 0, as for any float. */
+/* The columns multiplied by 2^headroom; unchanged if headroom is 0, as always in float. */
 static const num_t (*scaled_columns(subspace_t *self, work_t *work, uint32_t k,
                                     const num_t column[][ROBOT_MAX_JOINTS]))[ROBOT_MAX_JOINTS] {
     num_t size = NUM(0);
@@ -98,7 +97,7 @@ static const num_t (*scaled_columns(subspace_t *self, work_t *work, uint32_t k,
     return (const num_t(*)[ROBOT_MAX_JOINTS])work->column;
 }
 
-/* One entry of A that is not a number spoils every row of B. */
+/* A NaN in A reaches every row of B. */
 static bool made_of_numbers(const bidiagonal_t *b) {
     bool finite = true;
     for (uint32_t i = 0; i < b->rows; ++i) {
@@ -113,7 +112,7 @@ NUM_STEP void reflect_by(subspace_t *self, uint32_t count, num_t x[], const uint
     }
 }
 
-/* x by the directions that the first `count` reflectors lead to. */
+/* x in the coordinates of the first `count` reflectors. */
 static __attribute__((noinline)) void into_directions(subspace_t *self, uint32_t count, num_t x[]) {
     reflect_by(self, count, x, 0);
     reflect_by(self, count, x, 1);
@@ -132,7 +131,7 @@ static void out_of_directions(subspace_t *self, uint32_t count, num_t x[]) {
     reflect_by(self, count, x, 0);
 }
 
-/* The reflectors of QR: one column after the other, by those that there are. For no more columns than rows. */
+/* The reflectors of QR, column by column. Precondition: no more columns than rows. */
 static void factor(subspace_t *self, const num_t column[][ROBOT_MAX_JOINTS], int32_t headroom) {
     for (uint32_t at = 0; at < self->directions; ++at) {
         num_t *const u = self->reflector[at];
@@ -154,26 +153,26 @@ static void decompose(subspace_t *self, work_t *work, uint32_t n, uint32_t k, co
     b->rows = self->directions;
     const num_t(*const from)[ROBOT_MAX_JOINTS] = scaled_columns(self, work, k, column);
     clear_column_and_row(self, work, k, from, 0);
-    const num_t(*const left)[ROBOT_MAX_JOINTS] = (const num_t(*)[ROBOT_MAX_JOINTS])work->column;
-    clear_column_and_row(self, work, k, left, 1);
-    clear_column_and_row(self, work, k, left, 2);
-    clear_column_and_row(self, work, k, left, 3);
-    clear_column_and_row(self, work, k, left, 4);
-    clear_column_and_row(self, work, k, left, 5);
+    const num_t(*const reduced)[ROBOT_MAX_JOINTS] = (const num_t(*)[ROBOT_MAX_JOINTS])work->column;
+    clear_column_and_row(self, work, k, reduced, 1);
+    clear_column_and_row(self, work, k, reduced, 2);
+    clear_column_and_row(self, work, k, reduced, 3);
+    clear_column_and_row(self, work, k, reduced, 4);
+    clear_column_and_row(self, work, k, reduced, 5);
     if (n < k) {
         bidiagonal_square(b, &self->saturations);
     }
     if (!made_of_numbers(b)) {
         return;
     }
-    uint32_t held = 0; /* at a size that no singular value has */
+    uint32_t held = 0; /* saturations at values above any singular value: ignored */
     const num_t limit = num_shift(tolerance, work->headroom, &held);
     bidiagonal_path_t *const path = &self->path;
     bidiagonal_diagonalise(b, limit, all, path, &self->saturations);
-    num_t smallest = (path->share > NUM(0)) ? num_div(limit, path->share, &held) : NUM(511);
+    num_t smallest = (path->ratio > NUM(0)) ? num_div(limit, path->ratio, &held) : NUM(511);
     self->converged = path->done;
     uint32_t unexplained = 0;
-    for (uint32_t i = path->left; i < b->rows; ++i) {
+    for (uint32_t i = path->open_rows; i < b->rows; ++i) {
         const num_t singular = num_abs(b->diagonal[i]);
         smallest = num_min(smallest, singular);
         if (!(singular > limit)) {
@@ -184,7 +183,7 @@ static void decompose(subspace_t *self, work_t *work, uint32_t n, uint32_t k, co
             ++unexplained;
         }
     }
-    bidiagonal_turn_back(path, unexplained, self->unexplained);
+    bidiagonal_rotate_back(path, unexplained, self->unexplained);
     self->rank = path->done ? (b->rows - unexplained) : 0u;
     self->smallest = (b->rows > 0u) ? num_shift(smallest, -work->headroom, &self->saturations) : NUM(0);
     if ((path->sweeps == 0u) && (self->rank == k) && (self->smallest < weak)) {
@@ -206,7 +205,7 @@ void subspace_measure(subspace_t *self, uint32_t n, uint32_t k, const num_t colu
     }
 }
 
-/* What is left of the first coordinates x when the explained directions are taken out of them. */
+/* Removes the explained directions from the first coordinates of x. */
 static void clear_explained(subspace_t *self, num_t x[]) {
     num_t sum[COLUMNS] = {NUM(0)};
     for (uint32_t d = 0; d < (self->directions - self->rank); ++d) {

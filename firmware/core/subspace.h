@@ -1,4 +1,4 @@
-/* subspace: the orthogonal complement of what a few columns span, safe at any rank.
+/* subspace: the orthogonal complement of the span of a few columns, at any rank.
  *
  * A is n x k, given as k columns of n. A direction of torque whose singular value is above the tolerance is explained,
  * any other is not. subspace_reject takes the explained part out of a torque: d = tau - U_r U_r^T tau (eqs. 12 and 18,
@@ -6,13 +6,13 @@
  * reflections and rotations, never as the difference of two large vectors, so d keeps its accuracy next to a
  * singularity.
  *
- * The singular value decomposition of Golub and Kahan (1965): reflections from the left and from the right make A
- * bidiagonal; far from a singularity that is enough to know that everything is explained, and elsewhere rotations make
- * diagonal what has to be (bidiagonal.h).
+ * Singular value decomposition of Golub and Kahan (1965): reflections from both sides make A bidiagonal. Far from a
+ * singularity this form already shows that everything is explained. Elsewhere rotations make it diagonal as far as
+ * necessary (bidiagonal.h).
  *
  * n 1 to ROBOT_JOINTS, k 0 to SUBSPACE_MAX_COLUMNS; entries below 64 in size, and zero from n on. The tolerance is
- * in the unit of A. `converged` tells whether the bound of
- * bidiagonal.h was enough.
+ * in the unit of A. `converged` states whether the bound
+ * of bidiagonal.h sufficed.
  * With NaN or infinity in A the step terminates with converged false and rank 0: nothing counts as explained.
  */
 #ifndef TAUPERP_SUBSPACE_H
@@ -40,7 +40,7 @@ void subspace_step(subspace_t *self, uint32_t n, uint32_t k, const num_t column[
 /* rejected = tau without its explained part; both ROBOT_JOINTS entries, may be the same array. */
 void subspace_reject(subspace_t *self, const num_t tau[], num_t rejected[]);
 
-/* A step that works out every singular value: min(n, k) of them, in no order. For who looks at A, not for a tick. */
+/* A step that computes all min(n, k) singular values, unordered. For analysis of A, not for a tick. */
 void subspace_measure(subspace_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t tolerance,
                       num_t singular[]);
 

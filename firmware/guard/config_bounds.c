@@ -227,7 +227,7 @@ static bool limits_are_valid(const guard_config_t *config, const task_config_t *
 }
 
 static bool sensor_is_valid(const guard_config_t *config) {
-    bool valid = sensor_holds(&config->sensor);
+    bool valid = sensor_config_is_valid(&config->sensor);
     for (uint32_t i = 0; i < config->robot.joint_count; ++i) {
         const num_t most = config->robot.joint[i].torque_max_nm / (int32_t)CONFIG_SENSOR_SHARE;
         valid = valid && (num_abs(config->sensor.offset_nm[i]) <= most) && (config->sensor.friction_nm[i] <= most);

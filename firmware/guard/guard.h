@@ -155,7 +155,7 @@ typedef struct {
 /* What the guard says on the bus besides its verdict. */
 typedef struct {
     e2e_transmitter_t stop, status, index;
-    uint32_t turn;         /* of the pages of GuardStatus and the joints of GuardIndex */
+    uint32_t round_robin;  /* of the pages of GuardStatus and the joints of GuardIndex */
     uint32_t tick_time_us; /* of the tick before, as the board measured it; held at 65535 */
     uint32_t worst_tick_time_us;
     uint32_t margin_us; /* smallest time left to any deadline since the page that says so */

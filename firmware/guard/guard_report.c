@@ -134,11 +134,11 @@ void report_tick(guard_t *guard, guard_output_t *out) {
     out->frame_count = 0;
     stop_command(guard, out);
     const uint32_t joints = (guard->joints < ROBOT_MAX_JOINTS) ? guard->joints : ROBOT_MAX_JOINTS;
-    if ((joints == 0u) || ((self->turn % 2u) == 0u)) {
-        status(guard, out, (self->turn / 2u) % (uint32_t)PAGE_COUNT);
+    if ((joints == 0u) || ((self->round_robin % 2u) == 0u)) {
+        status(guard, out, (self->round_robin / 2u) % (uint32_t)PAGE_COUNT);
     } else {
-        joint_index(guard, out, (self->turn / 2u) % joints);
+        joint_index(guard, out, (self->round_robin / 2u) % joints);
     }
     /* Common multiple of twice the pages and twice any number of joints, so that no turn is cut short. */
-    self->turn = (self->turn + 1u) % (2u * (uint32_t)PAGE_COUNT * 840u);
+    self->round_robin = (self->round_robin + 1u) % (2u * (uint32_t)PAGE_COUNT * 840u);
 }

@@ -11,12 +11,12 @@ static bool joint_count_is_valid(const guard_t *self) {
 
 static bool state_is_valid(const guard_t *self) {
     bool valid = (self->state == ~self->state_inverted) && (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) &&
-                 (self->state <= (uint32_t)GUARD_STATE_FAULT) && snapshot_holds(&self->inputs.snapshot) &&
-                 e2e_transmitter_holds(&self->report.stop) && e2e_transmitter_holds(&self->report.status) &&
-                 e2e_transmitter_holds(&self->report.index) && (self->inputs.task_number < (uint8_t)TASK_COUNT) &&
+                 (self->state <= (uint32_t)GUARD_STATE_FAULT) && snapshot_is_valid(&self->inputs.snapshot) &&
+                 e2e_transmitter_is_valid(&self->report.stop) && e2e_transmitter_is_valid(&self->report.status) &&
+                 e2e_transmitter_is_valid(&self->report.index) && (self->inputs.task_number < (uint8_t)TASK_COUNT) &&
                  (self->task < (uint32_t)TASK_COUNT);
     for (uint32_t slot = 0; slot < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++slot) {
-        valid = valid && e2e_receiver_holds(&self->inputs.receiver[slot]);
+        valid = valid && e2e_receiver_is_valid(&self->inputs.receiver[slot]);
     }
     return valid;
 }

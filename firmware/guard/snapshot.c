@@ -61,7 +61,7 @@ uint32_t snapshot_take(snapshot_t *self) {
     return gap;
 }
 
-bool snapshot_holds(const snapshot_t *self) {
+bool snapshot_is_valid(const snapshot_t *self) {
     const uint32_t expected = self->expected;
     const bool joints_hold = (expected != 0u) && ((expected & (expected + 1u)) == 0u) &&
                              ((self->received & ~expected) == 0u) && (self->begun || (self->received == 0u));

@@ -59,6 +59,6 @@ bool snapshot_is_complete(const snapshot_t *self);
 uint32_t snapshot_take(snapshot_t *self);
 
 /* True if the state is one that the functions above can leave behind. Constant time. */
-bool snapshot_holds(const snapshot_t *self);
+bool snapshot_is_valid(const snapshot_t *self);
 
 #endif

@@ -55,7 +55,7 @@ void e2e_protect(e2e_transmitter_t *self, uint8_t *data, uint8_t length, const u
 void e2e_seal(uint8_t *data, uint8_t length, const uint8_t *data_ids, uint8_t counter);
 
 /* True if the functions above can produce this state. Constant time. */
-bool e2e_receiver_holds(const e2e_receiver_t *self);
-bool e2e_transmitter_holds(const e2e_transmitter_t *self);
+bool e2e_receiver_is_valid(const e2e_receiver_t *self);
+bool e2e_transmitter_is_valid(const e2e_transmitter_t *self);
 
 #endif

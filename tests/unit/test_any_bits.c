@@ -33,7 +33,7 @@ void tearDown(void) {}
 
 static void assert_within_bounds(const subspace_t *subspace) {
     TEST_ASSERT_TRUE(subspace->path.sweeps <= BIDIAGONAL_MAX_SWEEPS);
-    TEST_ASSERT_TRUE(subspace->path.turns <= BIDIAGONAL_MAX_TURNS);
+    TEST_ASSERT_TRUE(subspace->path.rotations <= BIDIAGONAL_MAX_ROTATIONS);
     TEST_ASSERT_TRUE(subspace->rank <= subspace->directions);
     TEST_ASSERT_TRUE(subspace->converged || (subspace->rank == 0u));
 }
@@ -68,7 +68,7 @@ static void test_a_projection_ends_and_says_whether_it_is_one(void) {
             ++within;
         }
         sweeps = (subspace.path.sweeps > sweeps) ? subspace.path.sweeps : sweeps;
-        turns = (subspace.path.turns > turns) ? subspace.path.turns : turns;
+        turns = (subspace.path.rotations > turns) ? subspace.path.rotations : turns;
         converged += subspace.converged ? 1u : 0u;
         refused += subspace.converged ? 0u : 1u;
     }

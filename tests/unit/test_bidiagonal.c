@@ -54,7 +54,7 @@ static void test_two_rows_have_the_singular_values_of_the_closed_form(void) {
     b = (bidiagonal_t){.diagonal = {NUM(3), NUM(2)}, .above = {NUM(1)}, .rows = 2};
     diagonalise(0.005, true);
     TEST_ASSERT_TRUE(path.done);
-    TEST_ASSERT_EQUAL(0, path.left);
+    TEST_ASSERT_EQUAL(0, path.open_rows);
     /* of [3 1; 0 2]: squares 7 +- sqrt(13) */
     const double first = fabs(value_of(b.diagonal[0])), second = fabs(value_of(b.diagonal[1]));
     ASSERT_CLOSE(sqrt(7.0 + sqrt(13.0)), fmax(first, second), 2e-6);
@@ -77,7 +77,7 @@ static void test_directions_turned_back_are_as_long_as_their_singular_values_and
         for (uint32_t i = 0; i < rows; ++i) {
             direction[i][i] = NUM(1);
         }
-        bidiagonal_turn_back(&path, rows, direction);
+        bidiagonal_rotate_back(&path, rows, direction);
         for (uint32_t i = 0; i < rows; ++i) {
             row_of(direction[i], image[i]);
         }
@@ -106,14 +106,14 @@ static void test_rows_whose_inverse_is_short_stay_as_they_are(void) {
     b = (bidiagonal_t){.diagonal = {NUM(2), NUM(-1), NUM(0.5)}, .above = {NUM(0.2), NUM(0.1)}, .rows = 3};
     diagonalise(0.2, false);
     TEST_ASSERT_TRUE(path.done);
-    TEST_ASSERT_EQUAL(3, path.left);
-    TEST_ASSERT_EQUAL(0, path.turns);
+    TEST_ASSERT_EQUAL(3, path.open_rows);
+    TEST_ASSERT_EQUAL(0, path.rotations);
     TEST_ASSERT_EQUAL_MEMORY(&before, &b, sizeof(b));
     /* |B^-1|_F of this matrix, times the tolerance */
     const double c = 1.0 / 0.5, second[] = {-1.0, 0.2}, first[] = {0.5, 0.1, -0.02};
     const double sum = c * c + second[0] * second[0] + second[1] * second[1] + first[0] * first[0] +
                        first[1] * first[1] + first[2] * first[2];
-    ASSERT_CLOSE(0.2 * sqrt(sum), value_of(path.share), 1e-5);
+    ASSERT_CLOSE(0.2 * sqrt(sum), value_of(path.ratio), 1e-5);
     diagonalise(0.45, false); /* below the smallest singular value still, but the bound does not tell */
     TEST_ASSERT_TRUE(path.sweeps > 0u);
 }
@@ -126,7 +126,7 @@ static void test_what_is_left_has_no_singular_value_below_the_tolerance(void) {
         diagonalise(tolerance, false);
         TEST_ASSERT_TRUE(path.done);
         bidiagonal_t rest = b;
-        rest.rows = path.left;
+        rest.rows = path.open_rows;
         if (rest.rows > 0u) {
             rest.above[rest.rows - 1u] = NUM(0);
         }
@@ -171,8 +171,8 @@ static void test_zeros_on_the_diagonal_come_out_as_zeros(void) {
 static void test_no_rows_are_done_at_once(void) {
     diagonalise(0.005, false);
     TEST_ASSERT_TRUE(path.done);
-    TEST_ASSERT_EQUAL(0, path.left);
-    TEST_ASSERT_TRUE(path.share == NUM(0));
+    TEST_ASSERT_EQUAL(0, path.open_rows);
+    TEST_ASSERT_TRUE(path.ratio == NUM(0));
 }
 
 int main(void) {

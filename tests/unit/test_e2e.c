@@ -77,7 +77,7 @@ static void test_protect_counts_from_1_and_wraps_from_15_to_0(void) {
         uint8_t frame[LENGTH] = {0};
         e2e_protect(&transmitter, frame, LENGTH, ids);
         TEST_ASSERT_EQUAL_UINT(sent % 16u, frame[1]);
-        TEST_ASSERT_TRUE(e2e_transmitter_holds(&transmitter));
+        TEST_ASSERT_TRUE(e2e_transmitter_is_valid(&transmitter));
     }
 }
 
@@ -130,7 +130,7 @@ static void test_a_step_is_accepted_up_to_the_maximum_and_refused_beyond(void) {
                 } else {
                     TEST_ASSERT_EQUAL(E2E_WRONG_SEQUENCE, status);
                 }
-                TEST_ASSERT_TRUE(e2e_receiver_holds(&receiver));
+                TEST_ASSERT_TRUE(e2e_receiver_is_valid(&receiver));
             }
         }
     }
@@ -253,14 +253,14 @@ static void test_a_stuck_bus_of_all_zeros_or_ones_is_a_wrong_crc_for_every_messa
 }
 
 static void test_a_corrupt_state_does_not_hold(void) {
-    TEST_ASSERT_TRUE(e2e_receiver_holds(&receiver));
+    TEST_ASSERT_TRUE(e2e_receiver_is_valid(&receiver));
     const e2e_receiver_t corrupt[] = {
         {.counter = 16, .referenced = true}, {.lost = 14, .referenced = true}, {.counter = 1}, {.lost = 1}};
     for (uint32_t i = 0; i < sizeof(corrupt) / sizeof(corrupt[0]); ++i) {
-        TEST_ASSERT_FALSE(e2e_receiver_holds(&corrupt[i]));
+        TEST_ASSERT_FALSE(e2e_receiver_is_valid(&corrupt[i]));
     }
     const e2e_transmitter_t transmitter = {.counter = 16};
-    TEST_ASSERT_FALSE(e2e_transmitter_holds(&transmitter));
+    TEST_ASSERT_FALSE(e2e_transmitter_is_valid(&transmitter));
 }
 
 int main(void) {

@@ -62,16 +62,16 @@ static void test_a_torque_is_corrected_in_place(void) {
 }
 
 static void test_settings_beyond_their_bounds_are_refused(void) {
-    TEST_ASSERT_TRUE(sensor_holds(&config));
+    TEST_ASSERT_TRUE(sensor_config_is_valid(&config));
     config.friction_nm[7] = NUM(-0.1);
-    TEST_ASSERT_FALSE(sensor_holds(&config));
+    TEST_ASSERT_FALSE(sensor_config_is_valid(&config));
     config.friction_nm[7] = NUM(64.5);
-    TEST_ASSERT_FALSE(sensor_holds(&config));
+    TEST_ASSERT_FALSE(sensor_config_is_valid(&config));
     config.friction_nm[7] = NUM(64);
     config.offset_nm[0] = NUM(-64);
-    TEST_ASSERT_TRUE(sensor_holds(&config));
+    TEST_ASSERT_TRUE(sensor_config_is_valid(&config));
     config.offset_nm[0] = NUM(-64.5);
-    TEST_ASSERT_FALSE(sensor_holds(&config));
+    TEST_ASSERT_FALSE(sensor_config_is_valid(&config));
 }
 
 int main(void) {

@@ -11,7 +11,7 @@ void setUp(void) {
     TEST_ASSERT_TRUE(snapshot_init(&snapshot, JOINTS));
 }
 void tearDown(void) {
-    TEST_ASSERT_TRUE(snapshot_holds(&snapshot));
+    TEST_ASSERT_TRUE(snapshot_is_valid(&snapshot));
 }
 
 /* The reading of `joint` that was sampled on the Sync of `cycle`. */
@@ -55,7 +55,7 @@ static void test_it_is_complete_only_with_the_last_joint_for_every_number_of_joi
         for (uint32_t joint = joints; joint-- > 0u;) {
             TEST_ASSERT_FALSE(snapshot_is_complete(&snapshot));
             TEST_ASSERT_EQUAL((joint == 0u) ? SNAPSHOT_COMPLETED : SNAPSHOT_TAKEN, reading(joint, 3));
-            TEST_ASSERT_TRUE(snapshot_holds(&snapshot));
+            TEST_ASSERT_TRUE(snapshot_is_valid(&snapshot));
         }
         TEST_ASSERT_TRUE(snapshot_is_complete(&snapshot));
     }
@@ -175,7 +175,7 @@ static void test_the_same_cycle_begun_again_has_nothing_to_go_on_from(void) {
 static void test_a_corrupt_state_does_not_hold(void) {
     (void)take(5);
     const snapshot_t good = snapshot;
-    TEST_ASSERT_TRUE(snapshot_holds(&good));
+    TEST_ASSERT_TRUE(snapshot_is_valid(&good));
     snapshot_t corrupt[7] = {good, good, good, good, good, good, good};
     corrupt[0].expected = 0u;      /* no joint */
     corrupt[1].expected = 0x7Du;   /* joints with a hole */
@@ -185,19 +185,19 @@ static void test_a_corrupt_state_does_not_hold(void) {
     corrupt[5].referenced = false; /* taken, but never was */
     corrupt[6].begun = false;      /* readings of no cycle */
     for (uint32_t i = 0; i < 7u; ++i) {
-        TEST_ASSERT_FALSE(snapshot_holds(&corrupt[i]));
+        TEST_ASSERT_FALSE(snapshot_is_valid(&corrupt[i]));
     }
     snapshot_t fresh;
     TEST_ASSERT_TRUE(snapshot_init(&fresh, JOINTS));
-    TEST_ASSERT_TRUE(snapshot_holds(&fresh));
+    TEST_ASSERT_TRUE(snapshot_is_valid(&fresh));
     fresh.received = 1u; /* a reading before any Sync */
-    TEST_ASSERT_FALSE(snapshot_holds(&fresh));
+    TEST_ASSERT_FALSE(snapshot_is_valid(&fresh));
     fresh.received = 0u;
     fresh.expected = 0x7Du; /* joints with a hole */
-    TEST_ASSERT_FALSE(snapshot_holds(&fresh));
+    TEST_ASSERT_FALSE(snapshot_is_valid(&fresh));
     fresh.expected = 0x7Fu;
     fresh.referenced = true; /* one taken before any Sync */
-    TEST_ASSERT_FALSE(snapshot_holds(&fresh));
+    TEST_ASSERT_FALSE(snapshot_is_valid(&fresh));
 }
 
 int main(void) {
