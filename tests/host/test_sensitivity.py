@@ -1,8 +1,10 @@
 """The smallest force that is seen: the same as a campaign finds, and as geometry says."""
 
+import contextlib
 import json
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -15,7 +17,10 @@ from tauperp.intervals import wilson
 from tauperp.sensitivity.analysis import Levers, analyse, directions
 from tauperp.sensitivity.response import Prober, smallest_pulse, smallest_static
 from tauperp.sim.dynamics import Dynamics
+from tauperp.sim.model import geom_name
 from tauperp.sim.posture import home
+from tauperp.view import sensitivity_window
+from tauperp.view.sensitivity_figure import BLIND_RGBA
 
 CONFIGURATION = load_configuration("default", robot="ku_dex")
 HOME = home(CONFIGURATION.robot, Dynamics(CONFIGURATION.robot))
@@ -133,4 +138,52 @@ def test_bad_input_is_one_line(
     errors = capsys.readouterr().err
     assert errors.count("\n") == 1
     assert message in errors
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_window_has_the_colours_of_the_figure_and_an_arrow_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
+    configuration = load_configuration("default", robot="ku_dex")
+    posture = home(configuration.robot, Dynamics(configuration.robot))
+    (contact,) = analyse(configuration, posture[None], ["contact"])
+    seen: dict[str, object] = {}
+
+    class Handle:
+        cam = mujoco.MjvCamera()
+
+        def __init__(self, model: mujoco.MjModel) -> None:
+            self.user_scn = mujoco.MjvScene(model, 100)
+
+        def __enter__(self) -> "Handle":
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            seen["arrows"] = self.user_scn.ngeom
+
+        def lock(self) -> contextlib.nullcontext[None]:
+            return contextlib.nullcontext()
+
+        def is_running(self) -> bool:
+            return False
+
+    class Viewer:
+        @staticmethod
+        def launch_passive(model: mujoco.MjModel, data: mujoco.MjData, **_: object) -> Handle:
+            seen["last"] = model.geom(geom_name(6)).rgba.copy()
+            seen["posture"] = data.qpos[:7].copy()
+            return Handle(model)
+
+    monkeypatch.setattr(sensitivity_window, "viewer", Viewer)
+    sensitivity_window.show(configuration.robot, posture, contact)
+    assert seen["arrows"] == 7
+    assert seen["last"] == pytest.approx(BLIND_RGBA), "the contact task is blind to the last link"
+    assert seen["posture"] == pytest.approx(posture)
+
+
+def test_a_window_without_a_display_is_refused_before_the_work(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert main(["sensitivity", "--robot", "ku_dex", "--view", "--out", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err.startswith("tauperp: --view needs ")
     assert not (tmp_path / "out").exists()

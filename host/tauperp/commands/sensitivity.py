@@ -29,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--workspace", type=int, metavar="N", help="so many postures of the whole range (default: 60)")
     parser.add_argument("--map", metavar="FILE", help="TOML file of the table's columns, units and signs")
     parser.add_argument("--out", metavar="DIR", default="out/sensitivity", help="folder of page, figure and JSON")
+    parser.add_argument("--view", action="store_true", help="show the first task on the arm in MuJoCo's viewer")
     parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
 
 
@@ -40,6 +41,10 @@ def run(args: argparse.Namespace) -> int:
     from tauperp.view.sensitivity_figure import sensitivity_figure
     from tauperp.view.summary import shown_progress
 
+    if args.view:
+        from tauperp.view.window import viewer
+
+        viewer()  # says now if there is no display, not after the work
     configuration = load_configuration(args.config or "default", robot=args.robot, chain=chain_of(args))
     say_warnings(configuration.robot)
     robot = configuration.robot
@@ -76,6 +81,10 @@ def run(args: argparse.Namespace) -> int:
     else:
         print("\n".join(output.lines(content)))
         print(f"sensitivity.html, .png and .json in {out}")
+    if args.view:
+        from tauperp.view.sensitivity_window import show
+
+        show(robot, postures[0], forces[0])
     return 0
 
 

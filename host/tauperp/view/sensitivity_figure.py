@@ -16,6 +16,7 @@ from tauperp.sensitivity.analysis import BLIND_N, Levers, TaskForces
 from tauperp.sensitivity.regions import REGIONS
 
 INK, BLIND = "#22272e", "#4b4f57"
+BLIND_RGBA = (0.29, 0.31, 0.34, 1.0)
 DPI = 130
 LOWEST_N, HIGHEST_N = 5.0, BLIND_N
 ARROW_M = 0.22

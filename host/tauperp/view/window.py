@@ -22,15 +22,18 @@ def window() -> Iterator[Watch]:
 
     Closing it ends the showing, not the run. Raises InputError without a display or without the extra `view`.
     """
-    shown = _Window(_viewer())
+    shown = _Window(viewer())
     try:
         yield shown.watch
     finally:
         shown.close()
 
 
-def _viewer() -> ModuleType:
-    """mujoco.viewer, if a window can be opened at all; asked before, because MuJoCo's own answer ends the process."""
+def viewer() -> ModuleType:
+    """mujoco.viewer, if a window can be opened at all; asked before, because MuJoCo's own answer ends the process.
+
+    Raises InputError without a display or without the extra `view`.
+    """
     try:
         glfw = importlib.import_module("glfw")
     except ImportError as error:
@@ -46,8 +49,8 @@ def _viewer() -> ModuleType:
 
 
 class _Window:
-    def __init__(self, viewer: ModuleType) -> None:
-        self._viewer = viewer
+    def __init__(self, program: ModuleType) -> None:
+        self._viewer = program
         self._handle: Any = None
         self._begin_s = self._next_s = 0.0
 
