@@ -3,6 +3,8 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
+# Objects stay, or every change would compile all of a program again.
+.SECONDARY:
 .DEFAULT_GOAL := library
 
 JOBS ?= 2

@@ -1,7 +1,116 @@
-"""Settings of every test run."""
+"""The one runner: what a test needs, in which order tests run, and the seed of random tests.
 
+Markers:
+    quick    no privileges, no network, no emulator; all of them together take less than a minute (`make quick`)
+    slow     not quick, only because it runs long
+    bus      needs vcan0; runs inside tools/vcan (bus_session.py)
+    target   runs the firmware on an emulated controller, or counts its instructions
+    needs    names of tools/toolbox: skipped, in one line, where the machine has no such tool and cannot get it
+"""
+
+import random
 import signal
+from collections.abc import Iterator
+from typing import Any
 
-# A shell starts its background jobs with SIGINT ignored, and children inherit that. Tests press Ctrl-C.
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+import checkout
+import pytest
+from xdist.scheduler import LoadScopeScheduling
+
+pytest_plugins = ["unity_items", "bus_session"]
+
+SEED = 4711
+# Files whose tests simulate minutes, start clusters, install packages or wait for a real clock.
+SLOW = (
+    "test_calibrate", "test_campaign", "test_docs", "test_experiment", "test_front_door", "test_guard_faults",
+    "test_monitor", "test_public_arms", "test_real_arms", "test_record", "test_replay_compare", "test_replay_panda",
+    "test_run_bus", "test_score", "test_sensitivity", "test_stop_cycles", "test_task_switching", "test_view",
+    "test_wheel",
+)  # fmt: skip
+# What runs longest begins first, so that no worker is left with it at the end.
+FIRST = ("tests/bus/", "tests/target/test_versal_lockstep.py", "tests/target/", "tests/gates/", "tests/unit/")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--seed", default=str(SEED), help="seed of random tests: a number, or `random` for a new one")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    # A shell starts its background jobs with SIGINT ignored, and children inherit that. Tests press Ctrl-C.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if config.getoption("seed") == "random":
+        config.option.seed = str(random.SystemRandom().randrange(2**31))
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    return f"seed {config.getoption('seed')}"
+
+
+@pytest.fixture(scope="session")
+def seed(request: pytest.FixtureRequest) -> int:
+    """The seed of a random test: the same in every run, unless --seed says otherwise."""
+    return int(request.config.getoption("seed"))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.nodeid.startswith("tests/target/"):
+            item.add_marker("target")
+        if item.path.stem in SLOW:
+            item.add_marker("slow")
+        if not any(item.get_closest_marker(name) for name in ("slow", "bus", "target")):
+            item.add_marker("quick")
+    items.sort(key=place)
+
+
+def place(item: pytest.Item) -> tuple[int, bool]:
+    """Where in the order: by folder, in tests/host the slow files first."""
+    folder = next((number for number, start in enumerate(FIRST) if item.nodeid.startswith(start)), len(FIRST))
+    return folder, item.get_closest_marker("slow") is None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    reason = checkout.lacking(item)
+    if reason:
+        pytest.skip(reason)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Iterator[None]:
+    """Where CI=true, a skipped test is a failure, unless its reason begins with "optional:"."""
+    report = yield
+    if report.skipped and not hasattr(report, "wasxfail"):
+        reason = report.longrepr[2].removeprefix("Skipped: ")
+        if not checkout.ci_accepts(reason):
+            report.outcome, report.longrepr = "failed", checkout.REFUSED.format(reason)
+    return report
+
+
+class Scheduling(LoadScopeScheduling):
+    """Tests that share something costly stay on one worker: the bus, a Unity program, the fixtures of a module."""
+
+    def __init__(self, config: pytest.Config, log: Any) -> None:
+        super().__init__(config, log)
+        config.option.loadscopereorder = False  # in the order of the collection
+
+    def _split_scope(self, nodeid: str) -> str:
+        return scope_of(nodeid)
+
+
+def scope_of(nodeid: str) -> str:
+    file, _, test = nodeid.partition("::")
+    if file.startswith("tests/bus/") or file.endswith("test_versal_lockstep.py"):
+        return "bus"
+    if file.startswith("tests/unit/"):
+        return file + test[test.rfind("[") :]
+    if file.startswith("tests/host/"):
+        return file
+    return nodeid
+
+
+@pytest.hookimpl(optionalhook=True)  # not where the bus tests run
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:
+    return Scheduling(config, log)

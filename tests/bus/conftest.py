@@ -1,19 +1,17 @@
-"""What the bus tests share. They need vcan0: `make bus-test`, or tools/vcan in front of pytest."""
+"""What the bus tests share. They need vcan0 and run inside tools/vcan (tests/bus_session.py)."""
 
 import subprocess
-import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import bus_guard
 import bus_robot
 import can
-import numpy as np
 import pytest
+from bus_kit import Start, run
 
-from tauperp.config import Configuration, Numeric, load_configuration
-from tauperp.config.block import CRC_END, block_dtype
+from tauperp.config import Configuration, load_configuration
 from tauperp.wire import Wire
 
 # For tests by the clock: the slowest that a configuration may be. A hiccup of a loaded machine must not be a late tick.
@@ -23,25 +21,6 @@ CALM = {
     "deadline": {"sync_cycles": 4, "joint_cycles": 4, "task_cycles": 8, "tick_cycles": 4, "tick_budget_us": 50_000},
     "task": {name: {"debounce_ticks": 1} for name in ("none", "payload", "contact")},
 }
-
-
-class HurriedConfiguration(Configuration):
-    """No tick is done in so short a time."""
-
-    def block(self, numeric: Numeric = "float32") -> bytes:
-        block = np.frombuffer(super().block(numeric), block_dtype(numeric)).copy()
-        block["tick_budget_us"] = 1
-        block["crc"] = zlib.crc32(block.tobytes()[CRC_END:])
-        return block.tobytes()
-
-
-def pytest_sessionstart() -> None:
-    if not Path("/sys/class/net/vcan0").exists():
-        pytest.exit("tests/bus: there is no vcan0 here; run them by `make bus-test`", returncode=3)
-
-
-def run(*command: str) -> str:
-    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=20).stdout
 
 
 @pytest.fixture(scope="session")
@@ -82,9 +61,6 @@ def configuration() -> Configuration:
 @pytest.fixture(scope="session")
 def calm() -> Configuration:
     return load_configuration("default", robot="ku_dex", overrides=CALM)
-
-
-Start = Callable[..., bus_guard.GuardProcess]
 
 
 @pytest.fixture

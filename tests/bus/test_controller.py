@@ -5,8 +5,8 @@ import subprocess
 
 import bus_guard
 import pytest
+from bus_kit import Start
 from bus_robot import POSE_RAD
-from conftest import Start
 
 from tauperp.config import Configuration, load_configuration
 from tauperp.firmware import Core

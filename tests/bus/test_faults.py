@@ -15,8 +15,8 @@ import bus_guard
 import bus_robot
 import can
 import pytest
+from bus_kit import Start, run
 from bus_robot import Fault, Robot, copy_of, open_channel, start_in_lockstep
-from conftest import Start, run
 
 from tauperp.config import Configuration
 from tauperp.files import write_atomically

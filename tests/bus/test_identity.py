@@ -14,8 +14,8 @@ import bus_guard
 import can
 import pytest
 from bus_guard import ROOT
+from bus_kit import Start
 from bus_robot import INDEX, STATUS, STOP_COMMAND
-from conftest import Start
 
 from tauperp.experiment import EXPERIMENTS, run_scenario
 from tauperp.files import dbc_path, write_atomically

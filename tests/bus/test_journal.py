@@ -8,8 +8,8 @@ from pathlib import Path
 
 import bus_guard
 import can
+from bus_kit import Start, run
 from bus_robot import CALM_PERIOD_S, Robot, reset, run_until_permitted
-from conftest import Start, run
 
 from tauperp.config import Configuration
 from tauperp.wire import Wire

@@ -5,8 +5,8 @@ import time
 
 import can
 import pytest
+from bus_kit import HurriedConfiguration, Start, run
 from bus_robot import CALM_PERIOD_S, STOP_COMMAND, Robot, run_until_permitted, start_in_lockstep
-from conftest import HurriedConfiguration, Start, run
 
 from tauperp.config import Configuration, load_configuration
 from tauperp.firmware import Reason

@@ -12,8 +12,8 @@ from pathlib import Path
 import bus_guard
 import can
 import pytest
+from bus_kit import Start
 from bus_robot import open_channel
-from conftest import Start
 
 from tauperp.experiment import run_scenario
 from tauperp.scenario import Scenario, load_scenario, shipped

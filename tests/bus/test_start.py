@@ -10,8 +10,8 @@ import bus_guard
 import can
 import pytest
 from bus_guard import run_guard
+from bus_kit import Start, run
 from bus_robot import LONGEST_START, STOP_COMMAND, Robot, open_channel, run_until_permitted
-from conftest import Start, run
 
 from tauperp.config import Configuration
 from tauperp.firmware import Reason

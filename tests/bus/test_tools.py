@@ -7,8 +7,8 @@ from pathlib import Path
 import bus_guard
 import can
 import pytest
+from bus_kit import Start, run
 from bus_robot import Robot, start_in_lockstep
-from conftest import Start, run
 
 from tauperp.config import Configuration
 from tauperp.files import dbc_path

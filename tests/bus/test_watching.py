@@ -5,8 +5,8 @@ import subprocess
 import sys
 
 import can
+from bus_kit import Start, run
 from bus_robot import CALM_PERIOD_S, Robot, open_channel, run_until_permitted
-from conftest import Start, run
 
 from tauperp.config import Configuration
 from tauperp.wire import Wire

@@ -2,7 +2,6 @@
 
 import dataclasses
 import struct
-import time
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
+from counting import calls_of
 
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
@@ -267,17 +267,10 @@ def test_a_block_of_another_length_is_refused(configuration: Configuration, leng
         Guard((configuration.block() * 2)[:length])
 
 
-def test_a_tick_with_its_frames_takes_well_under_a_millisecond(bench: Bench) -> None:
-    """The goal is 100 us in Python; the bound leaves room for a busy machine."""
-    best_us = 1e6
-    for _ in range(5):
-        frames = bench.frames()
-        start = time.perf_counter()
-        for _ in range(100):
-            bench.guard.tick(bench.now_us)
-        best_us = min(best_us, (time.perf_counter() - start) * 1e4)
-        bench.tick(frames)
-    assert best_us < 200
+def test_a_tick_with_its_frames_takes_few_calls(bench: Bench) -> None:
+    """The goal is 100 us in Python. A busy machine does not change how many functions are called."""
+    bench.tick(bench.frames())
+    assert 0 < calls_of(lambda: bench.guard.tick(bench.now_us)) < 1000
 
 
 @pytest.fixture

@@ -36,8 +36,7 @@ def test_a_lockstep_log_is_repeated_bit_for_bit_with_nothing_masked(
     assert abs(trip.index_nm) > trip.threshold_nm == 2.0
 
 
-def test_one_bit_anywhere_in_the_guards_frames_is_found(logs: Path, tmp_path: Path) -> None:
-    seed = random.randrange(2**32)
+def test_one_bit_anywhere_in_the_guards_frames_is_found(logs: Path, tmp_path: Path, seed: int) -> None:
     print(f"seed {seed}")
     rng = random.Random(seed)
     frames = frames_of(logs / "fd.log")
@@ -111,9 +110,8 @@ def test_frames_of_others_are_counted_and_change_nothing(logs: Path, tmp_path: P
 
 
 def test_a_log_that_begins_in_the_middle_is_compared_from_where_both_guards_are_the_same(
-    logs: Path, tmp_path: Path
+    logs: Path, tmp_path: Path, seed: int
 ) -> None:
-    seed = random.randrange(2**32)
     print(f"seed {seed}")
     rng = random.Random(seed)
     frames = frames_of(logs / "fd.log")
@@ -184,9 +182,8 @@ def test_a_guard_that_waited_before_the_log_begins_needs_no_mask(logs: Path, tmp
     assert replay.equal
 
 
-def test_what_a_real_clock_measured_is_masked_and_nothing_else(logs: Path, tmp_path: Path) -> None:
+def test_what_a_real_clock_measured_is_masked_and_nothing_else(logs: Path, tmp_path: Path, seed: int) -> None:
     """The same guard ticked with measured tick times, and its frames at times that jitter."""
-    seed = random.randrange(2**32)
     print(f"seed {seed}")
     rng = random.Random(seed)
     configuration = replayed(logs / "fd.log", logs).comparison.configuration

@@ -187,8 +187,7 @@ def test_a_log_without_a_guard_is_one_line(logs: Path, tmp_path: Path, capsys: p
 
 
 @pytest.mark.parametrize("suffix", [".blf", ".asc", ".log"])
-def test_no_broken_log_hangs_or_has_a_traceback(logs: Path, tmp_path: Path, suffix: str) -> None:
-    seed = random.randrange(2**32)
+def test_no_broken_log_hangs_or_has_a_traceback(logs: Path, tmp_path: Path, suffix: str, seed: int) -> None:
     print(f"seed {seed}")
     rng = random.Random(seed)
     whole = written(tmp_path / f"whole{suffix}", frames_of(logs / "fd.log")[:600]).read_bytes()

@@ -2,7 +2,6 @@
 
 import gzip
 import json
-import random
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -68,9 +67,8 @@ column = "/torques:touched"
 
 
 @pytest.fixture(scope="module")
-def table() -> Table:
+def table(seed: int) -> Table:
     """Columns by the default names."""
-    seed = random.randrange(2**32)
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     columns = {"time": np.arange(ROWS) * 0.004}

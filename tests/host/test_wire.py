@@ -1,10 +1,10 @@
 """The host's codec: cantools and autosar-e2e read what it encodes, and it judges frames as the firmware does."""
 
 import random
-import time
 
 import can
 import pytest
+from counting import calls_of
 from e2e import p02
 
 from tauperp.errors import InputError
@@ -37,8 +37,7 @@ def random_signals(message: WireMessage, rng: random.Random) -> dict[str, float]
 
 
 @pytest.mark.parametrize("name", list(Wire.read().messages))
-def test_every_message_decodes_in_cantools_and_checks_in_autosar_e2e(wire: Wire, name: str) -> None:
-    seed = random.randrange(2**32)
+def test_every_message_decodes_in_cantools_and_checks_in_autosar_e2e(wire: Wire, name: str, seed: int) -> None:
     print(f"seed {seed}")
     rng = random.Random(seed)
     message = wire.message(name)
@@ -54,8 +53,7 @@ def test_every_message_decodes_in_cantools_and_checks_in_autosar_e2e(wire: Wire,
 
 
 @pytest.mark.parametrize("name", [n for n, m in Wire.read().messages.items() if not m.definition.is_multiplexed()])
-def test_the_fast_encoder_gives_cantools_bytes(wire: Wire, name: str) -> None:
-    seed = random.randrange(2**32)
+def test_the_fast_encoder_gives_cantools_bytes(wire: Wire, name: str, seed: int) -> None:
     print(f"seed {seed}")
     rng = random.Random(seed)
     message = wire.message(name)
@@ -219,7 +217,7 @@ def test_a_page_that_the_dbc_does_not_know_is_named_and_has_no_signals(wire: Wir
     assert (received.status, received.signals, received.invalid) == (E2EStatus.OK, {}, ("Page",))
 
 
-def test_nine_frames_of_a_cycle_encode_in_a_sixth_of_a_millisecond(wire: Wire) -> None:
+def test_nine_frames_of_a_cycle_encode_in_few_calls(wire: Wire) -> None:
     sender = Sender(wire, fd=True)
 
     def cycle(number: int) -> None:
@@ -229,12 +227,8 @@ def test_nine_frames_of_a_cycle_encode_in_a_sixth_of_a_millisecond(wire: Wire) -
             sender.frame(name, JOINT, cycle=number)
 
     names = [f"JointState{joint}" for joint in range(1, 8)]
-    times = []
-    for number in range(300):
-        start = time.perf_counter()
-        cycle(number)
-        times.append(time.perf_counter() - start)
-    assert min(times) < 150e-6  # the minimum, because the machine may be busy
+    cycle(0)
+    assert 0 < calls_of(lambda: cycle(1)) < 1000
 
 
 def test_a_missing_dbc_is_an_input_error(tmp_path) -> None:

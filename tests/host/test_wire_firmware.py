@@ -38,8 +38,9 @@ def messages() -> tuple[Any, Any]:
 
 
 @pytest.fixture
-def rng() -> random.Random:
-    return random.Random(20)
+def rng(seed: int) -> random.Random:
+    print(f"seed {seed}")
+    return random.Random(seed)
 
 
 def raw_signals(message: WireMessage, rng: random.Random) -> dict[str, int]:

@@ -1,6 +1,6 @@
 """Images and the emulated controllers that run them."""
 
-import fcntl
+import functools
 import os
 import socket
 import subprocess
@@ -10,18 +10,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
 
-ROOT = Path(__file__).resolve().parents[2]
+from checkout import ROOT, make
+
 BUILD = ROOT / "build" / "target"
 QEMU_RUN = ROOT / "tools" / "qemu-run"
 
 
-def make(*arguments: str) -> None:
-    """`make` in the checkout, one at a time; its output is the failure's."""
-    BUILD.mkdir(parents=True, exist_ok=True)
-    with open(BUILD / "make.lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        done = subprocess.run(["make", "-C", str(ROOT), *arguments], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+@functools.cache
+def built(goal: str, image: Path) -> Path:
+    """The image, after one `make GOAL` of this run; what of the goal does not build is no concern of another image."""
+    if make("-k", "-j2", goal, check=False).returncode != 0:
+        make(str(image.relative_to(ROOT)))
+    return image
 
 
 def versal_image(name: str, block: bytes, *, numeric: str = "float", lockstep: bool = True) -> Path:

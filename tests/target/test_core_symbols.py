@@ -7,8 +7,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from emulator import ROOT, make
+from checkout import ROOT, make
 
+pytestmark = pytest.mark.needs("arm")
 ROOMS = ("core", "wire", "guard", "schedule", "robots")
 TARGETS = ("m3", "m4f", "m7", "r5f")
 MEMORY = {"memset", "memcpy"}

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from emulator import BUILD, ROOT, run_to_end
+from checkout import ROOT
+from emulator import BUILD, built, run_to_end
 from recording import SYNC, TICK, RandomTicks, Recorder, record_experiment, record_random
 from worst_case import LIMITS
 
@@ -21,6 +22,7 @@ from tauperp.robot import load
 sys.path.append(str(ROOT / "tests" / "host"))
 from robot_makers import random_robot
 
+pytestmark = pytest.mark.needs("qemu", "arm")
 TICKS = 10_000
 SEED = 4711
 RUN_S = 600.0
@@ -46,7 +48,7 @@ BUILDS: dict[Numeric, str] = {"float32": "float", "q9.22": "fixed"}
 def play(target: str, numeric: Numeric, recording: Path) -> tuple[int, list[str]]:
     """Exit code and the words that the image prints."""
     image = BUILD / f"playback-{target}-{BUILDS[numeric]}.elf"
-    assert image.exists(), "make counting-images"
+    built(str(image.relative_to(ROOT)), image)
     code, output = run_to_end(target, image, RUN_S, [str(recording.relative_to(ROOT))])
     return code, output.split()
 

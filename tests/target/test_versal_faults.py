@@ -4,10 +4,12 @@ import time
 from pathlib import Path
 
 import pytest
-from emulator import BUILD, ROOT, Emulator, make, versal_image
+from checkout import ROOT, make
+from emulator import BUILD, Emulator, versal_image
 
 from tauperp.config import load_configuration
 
+pytestmark = pytest.mark.needs("qemu", "arm")
 PROVOCATIONS = {
     "write_code": "data abort",
     "execute_data": "prefetch abort",

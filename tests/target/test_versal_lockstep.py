@@ -19,6 +19,7 @@ from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.sim.lockstep import Lockstep
 from tauperp.wire import Sender, Wire
 
+pytestmark = pytest.mark.needs("qemu", "arm")
 CHANNEL = "vcan0"
 FROM_GUARD = (0x010, 0x200, 0x201)
 ANSWER_TIMEOUT_S = 60.0

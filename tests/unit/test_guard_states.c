@@ -190,14 +190,15 @@ static void test_a_request_that_stays_at_one_is_no_reset(void) {
 
 static void test_every_trip_has_its_own_number(void) {
     run_until_permitted(&bench);
-    for (uint32_t expected = 1; expected < 300u; ++expected) {
+    const uint32_t trips = ON_HOST_ELSE(299u, 20u); /* beyond the largest number, which is 255 */
+    for (uint32_t expected = 1; expected <= trips; ++expected) {
         collide(12u);
         TEST_ASSERT_EQUAL(((expected - 1u) % 255u) + 1u, bench.out.trip_number);
         cycles(&bench, 220u);
         ask_reset(&bench, bench.out.trip_number);
         TEST_ASSERT_TRUE(bench.out.permitted);
     }
-    TEST_ASSERT_EQUAL(299, bench.guard.counters.trips);
+    TEST_ASSERT_EQUAL(trips, bench.guard.counters.trips);
 }
 
 static void test_a_change_of_task_never_interrupts_the_permission(void) {

@@ -22,7 +22,7 @@ The JSON:
     about                         optimisation, system, compilers
 
 A peer's guard_tick is our guard around its computation: nobody else's has the frames. With a baseline every number of
-ours is compared with it (baseline.py), and the verdict left for tools/gates in build/results/bench-check.
+ours is compared with it (baseline.py), and the exit code is 1 if one has grown.
 """
 
 import argparse
@@ -34,7 +34,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import images
-from baseline import Verdict, judge, system
+from baseline import judge, system
 from images import Counts, Peer
 from table import table
 
@@ -68,17 +68,6 @@ def count_all(
     return results, others
 
 
-def leave(verdict: Verdict) -> None:
-    """The verdict for tools/gates."""
-    lines = [f"passed {verdict.passed}", f"failed {verdict.failed}"]
-    lines += [f"skipped {reason}" for reason in verdict.skipped]
-    if verdict.failures:
-        lines.append("red bench-check")
-    path = images.BUILD / "results" / "bench-check"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines) + "\n")
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("images", nargs="+", metavar="TARGET:NUMERIC")
@@ -108,7 +97,6 @@ def main() -> int:
         args.baseline.write_text(json.dumps({**results, "about": about}, indent=1) + "\n")
     elif args.baseline:
         verdict = judge(results, compilers, json.loads(args.baseline.read_text()), system())
-        leave(verdict)
         for line in [*verdict.failures, *verdict.skipped]:
             print(f"bench: {line}", file=sys.stderr)
         return 1 if verdict.failures else 0

@@ -59,7 +59,7 @@ $(addprefix $(BUILD)/object/%/tools/bench/,cycle.o guard.o host.o image.o report
 # many joints at most (ROBOT_JOINTS) in .../TARGET-NUMERIC-OPT-JOINTS. The longest arm the wire has room for has 8.
 # $(call OBJECT_RULES,TARGET,NUMERIC,SUFFIX,JOINTS)
 define OBJECT_RULES
-$(BUILD)/object/$(1)-$(2)$(OPT)$(3)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
+$(BUILD)/object/$(1)-$(2)$(OPT)$(3)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk | $(BUILD)/build_id.h
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
 	@$(CROSS)gcc $(CPU_$(1)) $$(CFLAGS_TARGET) $$(FLAGS_STACK) $(FLAGS_$(2)) -DROBOT_JOINTS=$(4)u $$(call optimisation_of,$$<,$(2),$(1)) -DTAUPERP_EMULATOR $(STRICT) -c -o $$@ $$<
@@ -95,10 +95,8 @@ CONFIG_COMMAND = $(TAUPERP) config $(CONFIG) $(IMAGE_ROBOT) --numeric $(BLOCK_NU
 # $(call one_of,NAMES,WORD,WHAT): make ends with one line if the word is none of the names.
 one_of = $(if $(filter 1,$(words $(2))),$(if $(filter $(1),$(2)),,$(error there is no $(3) $(2): $(1))),$(error $(3): one of $(1)))
 
-# A word of a configuration block, by its place in guard_config_t (tests/host/test_config_block.py holds them all).
-word_of = od -An -tu4 -j$(2) -N4 $(1) | tr -d ' '
-CRC_AT := 12
-JOINTS_AT := 1484
+# $(call field_of,BLOCK,NAME): a number of a configuration block
+field_of = $(VENV)/bin/python tools/block-field $(1) $(2)
 
 # Whatever is wrong with the configuration is said before anything is compiled.
 .PHONY: firmware
@@ -106,16 +104,15 @@ firmware: $(VENV_STAMP) ## build an image: make firmware BOARD=versal_r5|stm32g4
 	@$(call one_of,$(BOARDS),$(BOARD),board)$(call one_of,float fixed,$(NUMERIC),numeric type)
 	@$(if $(BLOCK),[ -f $(BLOCK) ] || { echo "$(BLOCK): no such block" >&2; exit 2; },$(CONFIG_COMMAND) > /dev/null)
 	@$(MAKE) $(IMAGE_BLOCK)
-	@$(MAKE) -j $(JOBS) JOINTS=$$($(call word_of,$(IMAGE_BLOCK),$(JOINTS_AT))) $(IMAGE)
+	@joints=$$($(call field_of,$(IMAGE_BLOCK),robot.joint_count)) && $(MAKE) -j $(JOBS) JOINTS=$$joints $(IMAGE)
 	@$(CROSS)size $(IMAGE)
 
 $(IMAGE_BLOCK): $(if $(BLOCK),$(BLOCK),$(VENV_STAMP) dbc/tauperp.dbc) FORCE
 	@mkdir -p $(@D)
 	@$(if $(BLOCK),cp $(BLOCK) $@.new,$(CONFIG_COMMAND) -o $@.new >/dev/null)
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
-.PHONY: FORCE
 
-$(IMAGE_OBJECTS)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk
+$(IMAGE_OBJECTS)/%.o: %.c tools/make/boards.mk tools/make/firmware.mk | $(BUILD)/build_id.h
 	@mkdir -p $(@D)
 	@echo 'cc $< ($(BOARD), $(NUMERIC))'
 	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(CFLAGS_TARGET) $(FLAGS_$(NUMERIC)) -DROBOT_JOINTS=$(JOINTS)u $(FLAGS_BOARD) $(call optimisation_of,$<,$(NUMERIC)) $(STRICT) -c -o $@ $<
@@ -129,8 +126,9 @@ IMAGE_LINKED = $(addprefix $(IMAGE_OBJECTS)/,$(addsuffix .o,$(basename $(IMAGE_S
 $(IMAGE): $(IMAGE_LINKED) $(IMAGE_BLOCK) firmware/boards/common/config.S firmware/boards/common/identity.c firmware/boards/$(BOARD)/$(BOARD).ld $(BUILD)/build_id.h
 	@mkdir -p $(@D)
 	@echo 'ld $@'
-	@$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(FLAGS_$(NUMERIC)) $(OPT) $(STRICT) \
-	    -include $(BUILD)/build_id.h $(FLAGS_BOARD) -DTAUPERP_BOARD='"$(BOARD)"' -DTAUPERP_CONFIG_CRC=$$($(call word_of,$(IMAGE_BLOCK),$(CRC_AT)))u \
+	@crc=$$($(call field_of,$(IMAGE_BLOCK),crc)) && \
+	$(CROSS)gcc $(CPU_$(TARGET_$(BOARD))) $(filter-out -MMD -MP,$(CFLAGS_TARGET)) $(FLAGS_$(NUMERIC)) $(OPT) $(STRICT) \
+	    -include $(BUILD)/build_id.h $(FLAGS_BOARD) -DTAUPERP_BOARD='"$(BOARD)"' -DTAUPERP_CONFIG_CRC=$${crc}u \
 	    -DCONFIG_BLOCK='"$(IMAGE_BLOCK)"' $(LDFLAGS_TARGET) -T firmware/boards/$(BOARD)/$(BOARD).ld -o $@ \
 	    firmware/boards/common/config.S firmware/boards/common/identity.c $(IMAGE_LINKED) $(LIBRARIES)
 
@@ -147,7 +145,7 @@ define TARGET_UNIT_RULES
 $(BUILD)/unit/$(1)-$(2)/%: tests/unit/%.c $(call unit_objects,$(1),$(2)) $(BUILD)/unity/unity.h
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), $(2))'
-	@$(CROSS)gcc $(CPU_$(1)) $$(filter-out -ffreestanding,$$(CFLAGS_TARGET)) $(FLAGS_$(2)) $(OPT) -DSPARSER=20 -DUNITY_SUPPORT_64 -MF $$@.d -Itests/unit \
+	@$(CROSS)gcc $(CPU_$(1)) $$(filter-out -ffreestanding,$$(CFLAGS_TARGET)) $(FLAGS_$(2)) $(OPT) -DSPARSER=100 -DUNITY_SUPPORT_64 -MF $$@.d -Itests/unit \
 	    -isystem $(BUILD)/unity -w $(LDFLAGS_TARGET) -T $(call script_of,$(1)) -o $$@ \
 	    $$< $(BUILD)/unity/unity.c $(call unit_objects,$(1),$(2)) $(LIBRARIES)
 

@@ -1,77 +1,69 @@
-# The gates: what must hold of the checkout. tools/gates runs them to the end and counts.
+# What must hold of the checkout.
 FORMATTED_C = $(filter-out firmware/wire/generated/% firmware/api/names.h firmware/robots/%,\
     $(wildcard host/kernel/*.[ch] firmware/*/*.[ch] firmware/boards/*/*.[ch] firmware/hosts/*/*.[ch] firmware/examples/*/*.[ch] tests/*/*.[ch] tests/*/*/*.[ch] tools/*/*.[ch] tools/*/*.cpp))
 PYTHON_SOURCES = host $(wildcard tests tools/*/*.py) $(shell grep -lsE '^\#!.*python' tools/*)
 CLANG ?= clang
 
-.PHONY: test host-test bus-test test-target lint lint-gcc lint-clang lint-format lint-python lint-types format generate generate-check
+.PHONY: test quick unit host-test bus-test test-target lint lint-gcc lint-clang lint-format lint-python lint-types format generate generate-check
 
-# As root, install first what the tests use (once); as a user, each gate says what it could not run.
+# pytest is the one runner. ARGS adds options of its own: make test ARGS="-k bank"
+PYTEST = $(VENV)/bin/python -m pytest -q -n $(JOBS) $(ARGS)
+# As root, install first what the tests use (once); as a user, each test that lacks a tool says so in one line.
 TEST_TOOLS := can clang osmesa arm qemu valgrind
+# Everything that tests run, built side by side. What does not build fails the tests of it, which say why.
+PREPARED = library library-fixed $(NUMERICS:%=unit-programs-%) guard guard-sanitized $(BUILD)/bus-peer $(BUILD)/bus-soak $(BUILD)/controller
+PREPARED_TARGET = unit-images counting-images bench-images PEERS=
+prepare = $(MAKE) -k -j $(JOBS) $(1) >$(BUILD)/prepare.log 2>&1 || true
 
-test: ## every check this machine can run; ends with "N passed, N failed"
+test: venv kernel ## every check this machine can run; the closing line is pytest's
 	@if [ "$$(id -u)" = 0 ]; then for tool in $(TEST_TOOLS); do tools/toolbox $$tool || true; done; fi
-	@tools/gates test lint generate-check $(NUMERICS:%=unit-%) host-test \
-	    $(if $(wildcard tests/bus/test_*.py),bus-test) $(if $(wildcard tests/target/test_*.py),test-target) bench-check
+	@$(call prepare,$(PREPARED) $$(tools/toolbox arm 2>/dev/null && echo $(PREPARED_TARGET)))
+	@$(PYTEST) --junitxml=$(BUILD)/results/test.xml
 
-# run_pytest GATE, FOLDER, the command to run it in
-run_pytest = $(3) $(VENV)/bin/python -m pytest -q --junitxml=$(BUILD)/results/$(1).xml $(2)
-skip = mkdir -p $(BUILD)/results && echo "skipped $(2)" >$(BUILD)/results/$(1)
+quick: venv library library-fixed kernel ## the tests that need no privileges, no network and less than a minute
+	@$(PYTEST) -m quick
 
-host-test: library library-fixed kernel venv ## tests of the host package, and of the firmware through it (pytest)
-	@if [ -z "$(wildcard tests/host/test_*.py)" ]; then $(call skip,$@,there are no tests in tests/host); \
-	    else $(call run_pytest,$@,-n $(JOBS) tests/host); fi
+host-test: venv library library-fixed kernel ## tests of the host package, and of the firmware through it
+	@$(PYTEST) tests/host
 
-# By the clock, on a machine that others use as well: what fails gets a second attempt, which is reported (RERUN).
-AGAIN := --reruns 1 -rR
+unit: venv ## unit tests of the firmware (Unity, under sanitizers)
+	@$(PYTEST) tests/unit
 
-bus-test: library venv ## tests on a real vcan0 (this kernel's or User-Mode Linux's)
-	@if ! tools/vcan true; then $(call skip,$@,the bus tests: no vcan0 to be had here); \
-	    else $(call run_pytest,$@,$(AGAIN) tests/bus,tools/vcan); fi
+bus-test: venv library library-fixed ## tests on a real vcan0 (this kernel's or User-Mode Linux's)
+	@$(PYTEST) -m bus
 
-test-target: ## tests of the firmware on emulated controllers (QEMU)
-	@tools/gates test-target target-programs target-bus
+test-target: venv library library-fixed ## tests of the firmware on emulated controllers (QEMU)
+	@$(PYTEST) -m target
 
-# What needs no bus runs beside each other; the experiments run where vcan0 is.
-TARGET_BUS_TESTS := tests/target/test_versal_lockstep.py
+lint: venv ## strict builds by gcc and clang, formatting, ruff, mypy
+	@$(PYTEST) tests/gates -k lint
 
-target-programs: library library-fixed venv
-	@if ! tools/toolbox qemu arm; then $(call skip,$@,the target tests: no emulator or ARM compiler); \
-	    else $(MAKE) -k -j $(JOBS) unit-images counting-images >/dev/null; $(call run_pytest,$@,-n $(JOBS) $(filter-out $(TARGET_BUS_TESTS),$(wildcard tests/target/test_*.py))); fi
-
-target-bus: library library-fixed venv
-	@if ! tools/toolbox qemu arm; then $(call skip,$@,the experiments on the target: no emulator or ARM compiler); \
-	    elif ! tools/vcan true; then $(call skip,$@,the experiments on the target: no vcan0 to be had here); \
-	    else $(call run_pytest,$@,$(TARGET_BUS_TESTS),tools/vcan); fi
-
-lint: ## strict builds by gcc and clang, formatting, ruff, mypy
-	@tools/gates lint lint-gcc lint-clang lint-format lint-python lint-types
-
-# Every C file that a host compiler can build, with every warning an error.
-STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/hosts/linux/*.c firmware/examples/controller/*.c) $(KERNEL_SOURCES)
+# Every C file that a host compiler can build, with every warning an error. Every build for the host by gcc is strict.
+STRICT_SOURCES = $(LIBRARY_SOURCES) $(wildcard firmware/hosts/linux/*.c firmware/examples/*/*.c) $(KERNEL_SOURCES)
 define STRICT_RULES
 STRICT_OBJECTS_$(1) = $$(foreach numeric,$(NUMERICS),$$(STRICT_SOURCES:%.c=$(BUILD)/object/lint-$(1)-$$(numeric)/%.o))
 -include $$(STRICT_OBJECTS_$(1):.o=.d)
 endef
 define STRICT_OBJECT_RULES
-$(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk | $(VENV_STAMP)
+$(BUILD)/object/lint-$(1)-$(3)/%.o: %.c tools/make/firmware.mk tools/make/check.mk | $(VENV_STAMP) $(BUILD)/build_id.h
 	@mkdir -p $$(@D)
-	@$(2) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 $(LIBRARY_INCLUDES) -Ihost/kernel -isystem $$(MUJOCO_INCLUDE) $(STRICT) -c -o $$@ $$<
+	@$(2) $$(INCLUDE_FIRST) $$(CFLAGS_ALL) $(FLAGS_$(3)) -O2 $(LIBRARY_INCLUDES) -Ihost/kernel -isystem $$(MUJOCO_INCLUDE) $(STRICT) -c -o $$@ $$<
 endef
-$(foreach compiler,gcc clang,$(eval $(call STRICT_RULES,$(compiler))))
-$(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,gcc,gcc,$(numeric)))\
-                              $(eval $(call STRICT_OBJECT_RULES,clang,$(CLANG),$(numeric))))
+$(eval $(call STRICT_RULES,clang))
+$(foreach numeric,float fixed,$(eval $(call STRICT_OBJECT_RULES,clang,$(CLANG),$(numeric))))
 
-.PHONY: strict-gcc strict-clang
-strict-gcc: $(STRICT_OBJECTS_gcc)
+# The smallest example sees the public header, which has the name of the host library's.
+$(BUILD)/object/lint-clang-%/firmware/examples/minimal/minimal.o: INCLUDE_FIRST := -Ifirmware/api
+
+.PHONY: strict-clang
 strict-clang: $(STRICT_OBJECTS_clang)
 
 lint-gcc: venv
-	@$(MAKE) -k -j $(JOBS) strict-gcc
+	@$(MAKE) -k -j $(JOBS) CC=gcc library library-fixed kernel guard guard-fixed $(BUILD)/controller
 
 lint-clang: venv
-	@if ! command -v $(CLANG) >/dev/null && ! tools/toolbox clang; then $(call skip,$@,the strict build by clang: no clang); \
-	    else $(MAKE) -k -j $(JOBS) strict-clang; fi
+	@tools/toolbox clang
+	@$(MAKE) -k -j $(JOBS) strict-clang
 
 lint-format: venv
 	@$(VENV)/bin/clang-format --dry-run -Werror $(FORMATTED_C)
@@ -95,8 +87,7 @@ GENERATORS = $(wildcard tools/dbc2c tools/robot2c tools/names2c)
 generate: venv ## write the generated C (DBC codec, robot tables, names)
 	@for generator in $(GENERATORS); do $(VENV)/bin/python $$generator; done
 
-generate-check: venv ## are the committed generated files current?
-	@tools/gates generate-check $(GENERATORS:tools/%=current-%)
+generate-check: $(GENERATORS:tools/%=current-%) ## are the committed generated files current?
 
 $(GENERATORS:tools/%=current-%): current-%: venv
 	@$(VENV)/bin/python tools/$* --check

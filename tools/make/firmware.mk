@@ -9,10 +9,13 @@ INCLUDES := $(ROOMS:%=-Ifirmware/%)
 CFLAGS_ALL := -std=c11 -ffp-contract=off -fno-math-errno $(INCLUDES) -MMD -MP
 STRICT := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror
 
-# Which sources a build is of: written when it changes, and seen by the files that tell it.
-BUILD_ID := $(shell cat $(sort $(wildcard firmware/*/*.[chS] firmware/*/*/*.[chS] firmware/*/*/*.ld)) | sha256sum | cut -c 1-8)
-$(shell mkdir -p $(BUILD); line='#define TAUPERP_BUILD_ID 0x$(BUILD_ID)u'; \
-    [ "$$(cat $(BUILD)/build_id.h 2>/dev/null)" = "$$line" ] || echo "$$line" > $(BUILD)/build_id.h)
+# Which sources a build is of: written when it changes, and seen by the files that tell it. Every object rule names it
+# as an order-only prerequisite.
+$(BUILD)/build_id.h: FORCE
+	@mkdir -p $(@D)
+	@id=$$(cat $(sort $(wildcard firmware/*/*.[chS] firmware/*/*/*.[chS] firmware/*/*/*.ld)) | sha256sum | cut -c 1-8); \
+	line="#define TAUPERP_BUILD_ID 0x$${id}u"; [ "$$(cat $@ 2>/dev/null)" = "$$line" ] || echo "$$line" >$@
+.PHONY: FORCE
 $(BUILD)/object/%/guard_report.o $(BUILD)/object/%/identity.o: CFLAGS_ALL += -include $(BUILD)/build_id.h
 
 # Which numbers a build is for: float is the default, fixed the same sources in Q9.22.
@@ -30,7 +33,7 @@ library-fixed: $(BUILD)/fixed/libtauperp.so $(BUILD)/fixed/tauperp.cdef.h ## the
 define LIBRARY_RULES
 LIBRARY_OBJECTS_$(1) = $$(LIBRARY_SOURCES:%.c=$(BUILD)/object/library-$(1)/%.o)
 
-$(BUILD)/object/library-$(1)/%.o: %.c tools/make/firmware.mk
+$(BUILD)/object/library-$(1)/%.o: %.c tools/make/firmware.mk | $(BUILD)/build_id.h
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1))'
 	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) -O2 -fPIC $(LIBRARY_INCLUDES) $(STRICT) -c -o $$@ $$<

@@ -11,7 +11,7 @@ guard-sanitized: $(BUILD)/sanitized/tauperp-guard
 define LINUX_RULES
 LINUX_OBJECTS_$(1) = $$(LINUX_SOURCES:%.c=$(BUILD)/object/linux-$(1)/%.o)
 
-$(BUILD)/object/linux-$(1)/%.o: %.c tools/make/firmware.mk tools/make/linux.mk
+$(BUILD)/object/linux-$(1)/%.o: %.c tools/make/firmware.mk tools/make/linux.mk | $(BUILD)/build_id.h
 	@mkdir -p $$(@D)
 	@echo 'cc $$< (linux, $(1))'
 	@$$(CC) $$(CFLAGS_ALL) $(2) $(STRICT) -c -o $$@ $$<
@@ -46,8 +46,6 @@ $(BUILD)/bus-peer $(BUILD)/bus-soak $(BUILD)/controller:
 	@$(CC) -O2 -o $@.new $^
 	@mv $@.new $@
 -include $(wildcard $(BUILD)/object/linux-float/tests/bus/*.d)
-
-bus-test: guard guard-sanitized $(BUILD)/bus-peer $(BUILD)/bus-soak $(BUILD)/controller
 
 .PHONY: bench-can
 bench-can: guard $(BUILD)/bus-peer $(BUILD)/bus-soak library venv ## what the guard's process sustains on vcan; numbers in out/bus/bench.json

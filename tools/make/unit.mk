@@ -4,11 +4,6 @@ UNIT_TESTS = $(wildcard tests/unit/test_*.c)
 # Code of a board that a unit test reaches is included by that test itself.
 UNIT_FIRMWARE = $(LIBRARY_SOURCES)
 
-.PHONY: unit
-
-unit: ## unit tests of the firmware (Unity, under sanitizers)
-	@tools/gates unit $(NUMERICS:%=unit-%)
-
 $(BUILD)/unity/unity.h:
 	@mkdir -p $(@D)
 	@unity=$$(tools/toolbox unity); cp "$$unity"/unity*.[ch] $(@D)
@@ -20,7 +15,7 @@ define UNIT_RULES
 UNIT_OBJECTS_$(1) = $$(UNIT_FIRMWARE:%.c=$(BUILD)/object/unit-$(1)/%.o)
 UNIT_PROGRAMS_$(1) = $$(UNIT_TESTS:tests/unit/%.c=$(BUILD)/unit/$(1)/%)
 
-$(BUILD)/object/unit-$(1)/%.o: %.c tools/make/firmware.mk tools/make/unit.mk
+$(BUILD)/object/unit-$(1)/%.o: %.c tools/make/firmware.mk tools/make/unit.mk | $(BUILD)/build_id.h
 	@mkdir -p $$(@D)
 	@echo 'cc $$< ($(1), sanitizers)'
 	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) $(SANITIZE) $(LIBRARY_INCLUDES) $(STRICT) -c -o $$@ $$<
@@ -31,13 +26,8 @@ $(BUILD)/unit/$(1)/%: tests/unit/%.c $$(UNIT_OBJECTS_$(1)) $(BUILD)/unity/unity.
 	@$$(CC) $$(CFLAGS_ALL) $(FLAGS_$(1)) $(SANITIZE) -MF $$@.d $(LIBRARY_INCLUDES) -Itests/unit -isystem $(BUILD)/unity \
 	    -Wall -Wextra -Wshadow -Werror -o $$@ $$< $$(UNIT_OBJECTS_$(1)) $(BUILD)/unity/unity.o -lm
 
-# A program that does not build must not run as it was before.
-.PHONY: unit-$(1) unit-programs-$(1)
+.PHONY: unit-programs-$(1)
 unit-programs-$(1): $$(UNIT_PROGRAMS_$(1))
-unit-$(1):
-	@$$(MAKE) -k -j $(JOBS) unit-programs-$(1) \
-	    || for program in $$(UNIT_PROGRAMS_$(1)); do $$(MAKE) -q $$$$program >/dev/null 2>&1 || rm -f $$$$program; done
-	@tools/unit unit-$(1) $$(UNIT_PROGRAMS_$(1))
 
 -include $$(UNIT_OBJECTS_$(1):.o=.d) $$(UNIT_PROGRAMS_$(1):%=%.d)
 endef

@@ -1,0 +1,182 @@
+"""Tests that need vcan0 run where it is: in one pytest inside tools/vcan, whose reports become those of this run.
+
+The inner run gets the names of the selected tests in a file, and appends each of its reports as a line of JSON to
+another. The outer run reads that file as it grows. Inside (vcan0 exists) this module only writes.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Literal, TextIO
+
+import pytest
+from checkout import BUILD, REFUSED, ROOT, ci_accepts, lacking, make
+
+REPORTS = "TAUPERP_BUS_REPORTS"
+# Longer than the slowest test of the bus: only a session that hangs is ended.
+SILENCE_S = 900
+PROGRAMS = (
+    "library",
+    "library-fixed",
+    "guard",
+    "guard-sanitized",
+    "build/bus-peer",
+    "build/bus-soak",
+    "build/controller",
+)
+
+
+def is_bus_test(nodeid: str) -> bool:
+    return nodeid.startswith(("tests/bus/", "tests/target/test_versal_lockstep.py"))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if is_bus_test(item.nodeid):
+            item.add_marker("bus")
+            item.add_marker(pytest.mark.needs("can"))
+
+
+class Inner:
+    """The run inside tools/vcan."""
+
+    def __init__(self, config: pytest.Config, nodeids: list[str]) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="bus-", dir=BUILD)
+        folder = Path(self._folder.name)
+        (folder / "names").write_text("\n".join(nodeids) + "\n", encoding="utf-8")
+        (folder / "reports").touch()
+        self.log = folder / "log"
+        command = [
+            str(ROOT / "tools" / "vcan"),
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:xdist",
+            "-p",
+            "no:cacheprovider",
+        ]
+        command += [f"--seed={config.getoption('seed')}", f"@{folder / 'names'}"]
+        environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "MAKE"))}
+        with open(self.log, "wb") as log:
+            self.process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                cwd=ROOT,
+                env=environment | {REPORTS: str(folder / "reports")},
+            )
+        self._reports: TextIO = open(folder / "reports", encoding="utf-8")  # noqa: SIM115 closed by `close`
+        self._waiting: list[dict[str, Any]] = []
+        self._rest = ""
+
+    def reports_of(self, nodeid: str) -> list[dict[str, Any]] | None:
+        """The reports of this test, up to its teardown's; None if the run ended without them."""
+        found: list[dict[str, Any]] = []
+        end = time.monotonic() + SILENCE_S
+        while time.monotonic() < end:
+            ended = self.process.poll() is not None
+            self._read()
+            found += [report for report in self._waiting if report["nodeid"] == nodeid]
+            self._waiting = [report for report in self._waiting if report["nodeid"] != nodeid]
+            if any(report["when"] == "teardown" for report in found):
+                return found
+            if ended:
+                return None
+            time.sleep(0.1)
+        self.process.terminate()
+        return None
+
+    def _read(self) -> None:
+        *lines, self._rest = (self._rest + self._reports.read()).split("\n")
+        self._waiting += [json.loads(line) for line in lines]
+
+    def close(self) -> None:
+        if self.process.poll() is None:
+            self.process.terminate()
+            self.process.wait(60)
+        self._reports.close()
+        self._folder.cleanup()
+
+
+def report_of(item: pytest.Item, outcome: Literal["failed", "skipped"], text: Any) -> pytest.TestReport:
+    return pytest.TestReport(item.nodeid, item.location, dict.fromkeys(item.keywords, 1), outcome, text, "setup")
+
+
+def skipped(item: pytest.Item, reason: str) -> pytest.TestReport:
+    """As by pytest.skip; where CI=true a failure."""
+    if ci_accepts(reason):
+        return report_of(item, "skipped", (str(item.path), 0, f"Skipped: {reason}"))
+    return report_of(item, "failed", REFUSED.format(reason))
+
+
+class Outside:
+    """Where vcan0 is missing."""
+
+    def __init__(self) -> None:
+        self._inner: Inner | None = None
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> bool | None:
+        if item.get_closest_marker("bus") is None:
+            return None
+        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+        for report in self._reports(item):
+            item.ihook.pytest_runtest_logreport(report=report)
+        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+        return True
+
+    def _reports(self, item: pytest.Item) -> list[pytest.TestReport]:
+        reason = lacking(item)
+        if reason:
+            return [skipped(item, reason)]
+        if self._inner is None:
+            make("-j2", *PROGRAMS, check=False)  # what does not build fails its tests inside
+            nodeids = [other.nodeid for other in item.session.items if other.get_closest_marker("bus")]
+            self._inner = Inner(item.config, nodeids)
+        found = self._inner.reports_of(item.nodeid)
+        if found is None:
+            return [self._without(item, self._inner)]
+        hook = item.config.hook.pytest_report_from_serializable
+        return [hook(config=item.config, data=report) for report in found]
+
+    @staticmethod
+    def _without(item: pytest.Item, inner: Inner) -> pytest.TestReport:
+        """The report on a test that the inner run left none of."""
+        log = inner.log.read_text(encoding="utf-8", errors="replace")
+        text = f"the run inside tools/vcan ended with {inner.process.wait(60)} before this test:\n{log[-4000:]}"
+        if inner.process.returncode == 125:
+            return skipped(item, f"no vcan0: {(log.strip().splitlines() or [''])[-1]}")
+        return report_of(item, "failed", text)
+
+    def pytest_sessionfinish(self) -> None:
+        if self._inner is not None:
+            self._inner.close()
+
+
+class Inside:
+    """In the inner run."""
+
+    def __init__(self, path: str, config: pytest.Config) -> None:
+        self._path, self._config = path, config
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        data = self._config.hook.pytest_report_to_serializable(config=self._config, report=report)
+        with open(self._path, "a", encoding="utf-8") as file:
+            file.write(json.dumps(data) + "\n")
+            file.flush()
+            os.fsync(file.fileno())  # the other side is outside of this kernel
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if os.environ.get(REPORTS):
+        config.pluginmanager.register(Inside(os.environ[REPORTS], config))
+    elif not Path("/sys/class/net/vcan0").exists():
+        config.pluginmanager.register(Outside())

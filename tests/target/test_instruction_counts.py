@@ -1,0 +1,38 @@
+"""No number of instructions and no size has grown by more than 1 % against tools/bench/baseline.json."""
+
+import os
+import platform
+import subprocess
+import sys
+
+import pytest
+from checkout import ROOT, make
+
+TARGETS = ["m3", "m4f", "m7", "r5f"]
+ON_CONTROLLERS = pytest.mark.needs("qemu", "arm")
+ON_HOST = [
+    pytest.mark.needs("valgrind"),
+    pytest.mark.skipif(platform.machine() != "x86_64", reason="optional: the counts of the host are for x86-64"),
+]
+
+
+@pytest.mark.parametrize("numeric", ["float", "fixed"])
+@pytest.mark.parametrize(
+    "target",
+    [*(pytest.param(target, marks=ON_CONTROLLERS) for target in TARGETS), pytest.param("host", marks=ON_HOST)],
+)
+def test_nothing_has_grown_by_more_than_a_hundredth(target: str, numeric: str) -> None:
+    make("-j2", "bench-images", "PEERS=", f"BENCH_TARGETS={target}", f"BENCH_NUMERICS={numeric}")
+    bench = [sys.executable, str(ROOT / "tools" / "bench" / "bench.py"), "--jobs", "1"]
+    done = subprocess.run(
+        [*bench, "--baseline", str(ROOT / "tools" / "bench" / "baseline.json"), f"{target}:{numeric}"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=ROOT,
+        env=dict(os.environ),
+    )
+    print(done.stdout)
+    assert done.returncode == 0, done.stderr
+    if done.stderr:  # another compiler than the baseline's, say
+        pytest.skip(done.stderr.strip().splitlines()[-1].removeprefix("bench: "))
