@@ -3,6 +3,7 @@
 import argparse
 import logging
 from collections import deque
+from pathlib import Path
 from typing import Any
 
 import can
@@ -19,6 +20,7 @@ DEFAULT_INTERFACE = "virtual"
 DEFAULT_CHANNEL = "tauperp"
 SOCKETCAN = "socketcan"
 ECHOES = 64
+NETWORK = Path("/sys/class/net")
 BITRATE = 1_000_000  # bit/s, classic frames and the arbitration phase of CAN FD
 DATA_BITRATE = 5_000_000  # bit/s, the data phase of CAN FD
 
@@ -48,6 +50,16 @@ class OwnFrames:
             return False
         self._sent.remove(sent)
         return True
+
+
+def is_down(interface: str | None, channel: str | None) -> bool | None:
+    """Whether a SocketCAN interface is down (IFF_UP is not set); None where the system does not say."""
+    if interface != SOCKETCAN or not channel:
+        return None
+    try:
+        return not int((NETWORK / channel / "flags").read_text(), 16) & 1
+    except (OSError, ValueError):
+        return None
 
 
 def refuse_bit_rates(namespace: argparse.Namespace) -> None:

@@ -2,16 +2,19 @@
 
 import dataclasses
 import json
+from pathlib import Path
 from typing import Any
 
 import can
 import pytest
 from monitor_feed import CONFIG_CRC, MOVING, TRIPPED, Feed, Script
 
+from tauperp import bus
 from tauperp.busload import worst_case_load
 from tauperp.monitor import Monitor, Snapshot, report
 from tauperp.monitor.advice import advice
 from tauperp.monitor.rates import WINDOW_S, Rates
+from tauperp.monitor.screen import compose
 from tauperp.monitor.snapshot import SILENT_S, STALE_S, Traffic, spoken
 from tauperp.wire import Sender, Wire
 
@@ -190,6 +193,21 @@ def test_lost_repeated_foreign_and_misshapen_frames_are_counted_apart() -> None:
     assert traffic(snapshot, "Sync").lost_frames == 1
     assert traffic(snapshot, "Sync").sequence_errors == 1
     assert (snapshot.foreign_frames, snapshot.format_errors, snapshot.error_frames) == (1, 1, 1)
+
+
+def test_an_interface_that_is_down_is_told_until_a_frame_comes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    listening = Listening()
+    assert not listening.see().interface_down
+    listening.monitor.note_bus_error()
+    assert listening.see().interface_down
+    assert "the interface is down" in "\n".join(line.plain for line in compose(listening.see(), "socketcan can0", 100))
+    assert not listening.hear(MOVING).see().interface_down
+    monkeypatch.setattr(bus, "NETWORK", tmp_path)
+    (tmp_path / "can0").mkdir()
+    for flags, state in (("0x40080", True), ("0x40081", False), ("?", None)):
+        (tmp_path / "can0" / "flags").write_text(flags)
+        assert bus.is_down("socketcan", "can0") is state
+    assert bus.is_down("virtual", "can0") is None
 
 
 def test_a_trip_is_remembered_with_its_time_cause_and_length() -> None:

@@ -2,6 +2,7 @@
 
 import argparse
 import errno
+import functools
 import json
 import sys
 import time
@@ -11,7 +12,7 @@ import can
 from rich.console import Console, Group
 from rich.live import Live
 
-from tauperp.bus import BITRATE, DATA_BITRATE, DEFAULT_CHANNEL, DEFAULT_INTERFACE, add_bus_arguments, open_bus
+from tauperp.bus import BITRATE, DATA_BITRATE, DEFAULT_CHANNEL, DEFAULT_INTERFACE, add_bus_arguments, is_down, open_bus
 from tauperp.errors import InputError
 from tauperp.monitor import Monitor, Snapshot, compose, report
 from tauperp.monitor.events import EventFolder
@@ -62,14 +63,15 @@ def run(args: argparse.Namespace) -> int:
             bitrate=args.bitrate or BITRATE,
             data_bitrate=args.data_bitrate or DATA_BITRATE,
         )
+        down = functools.partial(is_down, args.interface, args.channel)
         try:
             if args.once:
-                last = listen(bus, monitor, begin, duration, duration, lambda snapshot: None, events)
+                last = listen(bus, monitor, begin, duration, duration, lambda snapshot: None, events, down)
                 _print(last, source, as_json=args.json)
             elif args.json:
-                last = listen(bus, monitor, begin, duration, args.every, _print_line, events)
+                last = listen(bus, monitor, begin, duration, args.every, _print_line, events, down)
             else:
-                last = _watch(bus, monitor, begin, duration, source, events)
+                last = _watch(bus, monitor, begin, duration, source, events, down)
         except can.CanError as error:  # the bus went away: unplugged, shut down
             raise InputError(f"CAN bus {source}: {' '.join(str(error).split())}") from error
     return 0 if last.heard else 1
@@ -88,16 +90,24 @@ def listen(
     every_s: float,
     show: Callable[[Snapshot], None],
     events: EventFolder | None = None,
+    down: Callable[[], bool | None] = lambda: None,
 ) -> Snapshot:
     """Hear everything for `duration_s`, show a snapshot every `every_s`; returns the last one, shown or not. Trips that
-    the guard recorded go to `events`.
+    the guard recorded go to `events`. down: whether the interface is down, as far as the system says.
 
     Raises can.CanError if the bus goes away for good.
     """
+
+    def look(now_s: float) -> Snapshot:
+        state = down()
+        if state is not None:
+            monitor.note_interface(state)
+        return monitor.snapshot(now_s)
+
     end_s, next_s = begin_s + duration_s, begin_s + every_s
     while (now_s := time.monotonic()) < end_s:
         if now_s >= next_s:
-            show(monitor.snapshot(now_s))
+            show(look(now_s))
             next_s = max(next_s + every_s, time.monotonic())
         try:
             frame = bus.recv(timeout=max(0.0, min(next_s, end_s) - now_s))
@@ -110,11 +120,17 @@ def listen(
             monitor.hear(frame, time.monotonic())
             if events is not None:
                 events.hear(frame)
-    return monitor.snapshot(time.monotonic())
+    return look(time.monotonic())
 
 
 def _watch(
-    bus: can.BusABC, monitor: Monitor, begin_s: float, duration_s: float, source: str, events: EventFolder | None
+    bus: can.BusABC,
+    monitor: Monitor,
+    begin_s: float,
+    duration_s: float,
+    source: str,
+    events: EventFolder | None,
+    down: Callable[[], bool | None],
 ) -> Snapshot:
     """The live view, on the terminal's second screen, until time or the user ends it."""
     console = Console(highlight=False)
@@ -133,6 +149,7 @@ def _watch(
             REDRAW_S,
             lambda snapshot: live.update(picture(snapshot), refresh=True),
             events,
+            down,
         )
 
 

@@ -75,10 +75,12 @@ class Monitor:
         self._joints: dict[int, tuple[JointIndex, float]] = {}
         self._fd: bool | None = None
         self._foreign = self._format_errors = self._error_frames = 0
+        self._is_down = False
         self._words = {name: _value_tables(wire.message(name)) for name in _DECODED}
 
     def hear(self, frame: can.Message, now_s: float) -> None:
         """One frame of the bus, whatever it is."""
+        self._is_down = False
         self._rates.add(_BUSY, now_s, self._seconds(frame))
         if frame.is_error_frame:
             self._error_frames += 1
@@ -98,6 +100,11 @@ class Monitor:
     def note_bus_error(self) -> None:
         """The bus itself failed, and told so by other means than an error frame."""
         self._error_frames += 1
+        self._is_down = True
+
+    def note_interface(self, is_down: bool) -> None:
+        """What the system says of the interface."""
+        self._is_down = is_down
 
     def snapshot(self, now_s: float) -> Snapshot:
         """All of it at `now_s`."""
@@ -122,6 +129,7 @@ class Monitor:
             error_frames=self._error_frames,
             silent_s=SILENT_S * slower,
             reset=None if self._reset is None else Reading(self._reset[0], now_s - self._reset[1]),
+            interface_down=self._is_down,
         )
 
     @property

@@ -223,7 +223,9 @@ def _count_style(count: int | None, live: bool) -> str:
 
 
 def _counters(snapshot: Snapshot) -> Text:
+    down = [Text("the interface is down", ALARM)] if snapshot.interface_down else []
     return dotted(
+        *down,
         _known(snapshot, "TripCount", "trips"),
         _known(snapshot, "ResetsRefused", "resets refused"),
         _known(snapshot, "Saturations", "saturations"),

@@ -123,6 +123,7 @@ class Snapshot:
     error_frames: int  # that the bus itself reported, and times that the interface went down
     silent_s: float = SILENT_S  # of a StopCommand, until it is silence
     reset: Reading[Reset] | None = None  # the newest GuardReset
+    interface_down: bool = False  # now: nothing can be heard
 
     @property
     def heard(self) -> bool:
