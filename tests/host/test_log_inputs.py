@@ -241,3 +241,14 @@ def written(folder: Path) -> Path:
     path = folder / "x.log"
     path.write_text("(0.0) can0 020#B7000000 R\n")
     return path
+
+
+def test_an_object_of_no_size_is_damage_and_not_read_for_ever(tmp_path: Path, frames: list[can.Message]) -> None:
+    data = blf(tmp_path, frames)
+    at = -1
+    for _ in range(40):
+        at = data.index(b"LOBJ", at + 1)
+    struct.pack_into("<II", data, at + 8, 0, 115)
+    replay = replayed(tmp_path, "x.blf", bytes(data))
+    assert "an object of 0 bytes" in str(replay.damage)
+    assert replay.comparison.frames == 38

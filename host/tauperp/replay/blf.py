@@ -62,7 +62,10 @@ class BlfReader(can.BLFReader):
         at = data.find(_SIGNATURE, 0, _PADDING)
         while at >= 0 and at + OBJ_HEADER_BASE_STRUCT.size <= len(data):
             _, header_size, version, size, kind = OBJ_HEADER_BASE_STRUCT.unpack_from(data, at)
-            if size < OBJ_HEADER_BASE_STRUCT.size or at + size > len(data):
+            if size < OBJ_HEADER_BASE_STRUCT.size:  # python-can would read it for ever
+                self._unreadable = f"an object of {size} bytes"
+                return bytes(changed[:at])
+            if at + size > len(data):
                 break
             if kind not in _FRAMES:
                 self.passed_over += 1
