@@ -1,22 +1,33 @@
 """Robots as their makers publish them (PyPI's example-robot-data): read, merged, and equal to Pinocchio's reading."""
 
+import re
+import shlex
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 import pytest
 
 from tauperp.errors import InputError
+from tauperp.files import repository_root
 from tauperp.robot import load
 from tauperp.robot.check import check
+
+FOLDERS = {
+    "example-robot-data": "cmeel.prefix/share/example-robot-data/robots",
+    "robosuite": "robosuite/models/assets/robots",
+}
+
+
+def folder(package: str) -> Path:
+    try:
+        return Path(str(distribution(package).locate_file(FOLDERS[package])))
+    except PackageNotFoundError:
+        pytest.skip(f"optional: the Python package {package} is not installed")
 
 
 @pytest.fixture(scope="module")
 def models() -> Path:
-    try:
-        package = distribution("example-robot-data")
-    except PackageNotFoundError:
-        pytest.skip("the Python package example-robot-data is not installed")
-    return Path(str(package.locate_file("cmeel.prefix/share/example-robot-data/robots")))
+    return folder("example-robot-data")
 
 
 PANDA = "panda_description/urdf/panda.urdf"
@@ -63,3 +74,37 @@ def test_a_published_arm_is_read_as_pinocchio_reads_it(models: Path, name: str) 
 def test_a_published_tree_asks_for_the_chain(models: Path, file: str, options: dict[str, str], message: str) -> None:
     with pytest.raises(InputError, match=message.replace("(--", r"\(--").replace(" --tip", r" \(--tip")):
         load(models / file, **options)
+
+
+def documented() -> list[tuple[str, str, str, str]]:
+    """Package, file, options and outcome of each row of the table in docs/robot-files.md."""
+    text = (repository_root() / "docs" / "robot-files.md").read_text()
+    rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith(tuple(f"| {x} |" for x in FOLDERS))]
+    return [
+        (package.strip(), file.strip(" `"), options.strip(" `"), out.strip()) for package, file, options, out in rows
+    ]
+
+
+def test_the_table_of_public_arms_is_there() -> None:
+    assert {package for package, *_ in documented()} == set(FOLDERS)
+    assert len(documented()) > 30
+
+
+@pytest.mark.parametrize(("package", "file", "options", "outcome"), documented())
+def test_a_public_file_gives_what_the_documentation_says(package: str, file: str, options: str, outcome: str) -> None:
+    words = shlex.split(options)
+    chosen = {key.removeprefix("--"): value for key, value in zip(words[::2], words[1::2], strict=True)}
+    path = folder(package) / file
+    if not path.is_file():
+        pytest.skip(f"optional: another version of {package}")
+    if outcome.startswith("refused: "):
+        message = outcome.removeprefix("refused: ").removesuffix("...").strip()
+        with pytest.raises(InputError, match=re.escape(message)):
+            load(path, base=chosen.get("base"), tip=chosen.get("tip"))
+        return
+    robot = load(path, base=chosen.get("base"), tip=chosen.get("tip"))
+    for comparison in check(robot, states=3):
+        assert comparison.good, f"{comparison.reader}: {comparison.difference}"
+    warnings = len(robot.warnings)
+    told = f"; {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
+    assert f"{robot.n} joints, {robot.mass:.2f} kg{told}" == outcome
