@@ -44,7 +44,7 @@ BLOCK_SOURCES = $(VENV_STAMP) dbc/tauperp.dbc $(wildcard host/tauperp/robot/*.py
     host/tauperp/config/*.py host/tauperp/presets/*) $(filter-out default paper,$(CONFIG))
 
 define BLOCK_RULES
-$(BUILD)/block/$(1)/%.bin: $(BLOCK_SOURCES)
+$(BUILD)/block/$(1)/%.bin: $(BLOCK_SOURCES) | library library-fixed
 	@mkdir -p $$(@D)
 	@$(TAUPERP) config $(CONFIG) --robot $$* --numeric $(BLOCK_NUMERIC_$(1)) -o $$@ > /dev/null
 endef

@@ -15,7 +15,7 @@ PREPARED = library library-fixed $(NUMERICS:%=unit-programs-%) guard guard-sanit
 PREPARED_TARGET = unit-images counting-images bench-images PEERS=
 prepare = $(MAKE) -k -j $(JOBS) $(1) >$(BUILD)/prepare.log 2>&1 || true
 
-test: venv kernel ## every check this machine can run; the closing line is pytest's
+test: venv library library-fixed kernel ## every check this machine can run; the closing line is pytest's
 	@if [ "$$(id -u)" = 0 ]; then for tool in $(TEST_TOOLS); do tools/toolbox $$tool || true; done; fi
 	@$(call prepare,$(PREPARED) $$(tools/toolbox arm 2>/dev/null && echo $(PREPARED_TARGET)))
 	@$(PYTEST) --junitxml=$(BUILD)/results/test.xml
