@@ -1,6 +1,7 @@
 """The event recorder from the compiled firmware to the file: a trip as the guard saw it, read over the bus."""
 
 import json
+import time
 from pathlib import Path
 
 import can
@@ -8,8 +9,10 @@ import numpy as np
 import pytest
 from test_score import still
 
+from tauperp.commands.monitor import listen
 from tauperp.config import Configuration, load_configuration
 from tauperp.firmware import Guard, Reason
+from tauperp.monitor import Monitor
 from tauperp.monitor.events import AFTER, Event, EventFolder, EventReader
 from tauperp.recording.playback import _Bus, at_rate_of
 
@@ -94,6 +97,26 @@ def test_events_are_written_and_drawn(
     assert (path.name, content["reason"], content["joint"]) == ("trip-001.json", "Collision", 2)
     assert len(content["residual_nm"]) == len(content["time_s"]) == len(content["channel"])
     assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_monitor_writes_what_it_hears(
+    told: tuple[list[can.Message], np.ndarray, np.ndarray], configuration: Configuration, tmp_path: Path
+) -> None:
+    identifier = configuration.wire.message("GuardEvent").id
+    frames = iter([frame for frame in told[0] if frame.arbitration_id == identifier])
+
+    class Played:
+        def recv(self, timeout: float) -> can.Message | None:
+            frame = next(frames, None)
+            if frame is None:
+                time.sleep(timeout)
+            return frame
+
+    begin = time.monotonic()
+    monitor, folder = Monitor(configuration.wire, now_s=begin), EventFolder(configuration.wire, tmp_path)
+    last = listen(Played(), monitor, begin, 3.0, 3.0, lambda snapshot: None, folder)
+    assert [path.name for path in folder.written] == ["trip-001.json"]
+    assert not next(one for one in last.traffic if one.name == "GuardEvent").missing
 
 
 def test_a_guard_without_the_recorder_says_nothing_more(configuration: Configuration) -> None:

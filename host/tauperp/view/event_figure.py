@@ -25,7 +25,7 @@ def event_figure(event: Event, reason: str) -> bytes:
     below.step(time_ms, event.task, where="post", color="C1", linewidth=1.2, linestyle="--", label="task")
     names = {number: name for name, number in TASKS.items()}
     below.set_ylim(0.5, 4.5)
-    below.set_xlabel(f"ms from the trip; task at the trip: {names.get(int(event.task[event.before]), '?')}")
+    below.set_xlabel(f"ms from the trip; task at the trip: {names.get(int(event.task[event.before]), 'not in force')}")
     for axis in (above, middle, below):
         axis.axvline(0.0, color=STOP, linewidth=1.0, linestyle="--")
         axis.spines[["top", "right"]].set_visible(False)
