@@ -4,6 +4,7 @@ import difflib
 import tomllib
 import types
 import typing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -62,14 +63,18 @@ def _first_mistake(model: type[BaseModel], error: ValidationError) -> str:
 
 
 def _suggestion(model: type[BaseModel], place: tuple[int | str, ...]) -> str:
-    """The known key that an unknown one is closest to, if one is close."""
+    """Where an unknown key belongs; else the known key that it is closest to, if one is close."""
     table: type[BaseModel] | None = model
     for part in place[:-1]:
         if table is None:
             return ""
         if isinstance(part, str) and part in table.model_fields:
             table = _table_of(table.model_fields[part].annotation)
-    close = difflib.get_close_matches(str(place[-1]), table.model_fields if table else (), n=1)
+    key = str(place[-1])
+    elsewhere = [heading or "the top of the file" for heading, one in tables(model) if key in one.model_fields]
+    if elsewhere:
+        return f" (it belongs to {' or '.join(dict.fromkeys(elsewhere))})"
+    close = difflib.get_close_matches(key, table.model_fields if table else (), n=1)
     return f" (did you mean '{close[0]}'?)" if close else ""
 
 
@@ -79,3 +84,26 @@ def _table_of(annotation: Any) -> type[BaseModel] | None:
         return annotation if issubclass(annotation, BaseModel) else None
     found = (_table_of(argument) for argument in typing.get_args(annotation))
     return next((table for table in found if table is not None), None)
+
+
+def tables(model: type[BaseModel], place: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
+    """Every table below a model with its heading in TOML, the model itself first with none."""
+    yield place, model
+    for name, field in model.model_fields.items():
+        kind, below = kind_of(field.annotation)
+        if below is not None:
+            path = f"{place.strip('[]')}.{name}".strip(".")
+            yield from tables(below, {"list": f"[[{path}]]", "dict": f"[{path}.NAME]"}.get(kind, f"[{path}]"))
+
+
+def kind_of(annotation: Any) -> tuple[str, type[BaseModel] | None]:
+    """Whether an annotation holds a table: alone, in a list, or by names."""
+    if isinstance(annotation, type) and not isinstance(annotation, types.GenericAlias):
+        return "", annotation if issubclass(annotation, BaseModel) else None
+    origin = typing.get_origin(annotation)
+    kind = origin.__name__ if origin in (list, dict) else ""
+    for argument in typing.get_args(annotation):
+        inner, below = kind_of(argument)
+        if below is not None:
+            return kind or inner, below
+    return "", None

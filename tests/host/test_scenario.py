@@ -7,7 +7,12 @@ import pytest
 
 from tauperp.cli import main
 from tauperp.errors import InputError
+from tauperp.experiment import run_scenario
+from tauperp.files import repository_root
+from tauperp.run.describe import markdown
+from tauperp.run.tables import ScenarioTable
 from tauperp.scenario import Scenario, load_scenario, shipped
+from tauperp.toml import tables
 
 GOOD = """
 robot = "ku_dex"
@@ -26,6 +31,8 @@ direction = [0.0, 1.0, 0.0]
 
 MISTAKES = {
     "an unknown key": ('config = "paper"', 'config = "paper"\nsped = 3', "sped: unknown key (did you mean 'seed'?)"),
+    "a key of another table": ('config = "paper"', 'config = "paper"\npush_n = 3', "(it belongs to [[phase.strike]])"),
+    "a key of the top": ("link = 4", "link = 4\nseed = 3", "phase.0.strike.0.seed: unknown key (it belongs to the top"),
     "an unknown key deep down": ("link = 4", "link = 4\nforce = 3", "phase.0.strike.0.force: unknown key"),
     "a negative mass": ("mass_kg = 1.5", "mass_kg = -1", "phase.0.payload.mass_kg: should be greater than 0, not -1"),
     "a number in quotes": ("mass_kg = 1.5", 'mass_kg = "1"', "phase.0.payload.mass_kg: should be a valid number"),
@@ -89,8 +96,24 @@ def test_the_shipped_scenarios_hold_for_every_shipped_arm() -> None:
     for name in ("payload", "contact"):
         for robot in ("ku_dex", "panda", "iiwa7", "kinova3"):
             assert isinstance(load_scenario(shipped(name), robot=robot), Scenario)
-    with pytest.raises(InputError, match="there are contact, payload"):
+    with pytest.raises(InputError, match="there are contact, faults, own_arm, payload, wire"):
         shipped("juggling")
+
+
+@pytest.mark.parametrize("name", ["faults", "wire", "own_arm"])
+def test_an_example_runs_and_tests_what_it_says(name: str) -> None:
+    report = run_scenario(load_scenario(shipped(name), rate_hz=500)).report
+    assert report["verdict"] == "passed", report["why"]
+    assert [one["verdict"] for one in report["faults"]] == {
+        "faults": ["no stop", "stopped", "stopped"], "wire": ["stopped", "stopped"], "own_arm": []}[name]  # fmt: skip
+
+
+def test_the_page_of_scenario_files_is_the_models() -> None:
+    page = (repository_root() / "docs" / "scenario.md").read_text()
+    assert page == markdown(), "python -m tauperp.run.describe > docs/scenario.md"
+    for _, table in tables(ScenarioTable):
+        for key, field in table.model_fields.items():
+            assert field.description, key
 
 
 def test_what_the_caller_says_wins() -> None:

@@ -4,6 +4,7 @@ what is not healthy yet."""
 from tauperp.monitor.snapshot import Snapshot, spoken
 
 NEAR = 1.0  # of its threshold: an index above it keeps the guard from granting a reset
+SILENT_SHARE = 0.5  # of the frames that should come: fewer, and they are missing, not only slow
 RESET_SHOWN_S = 5.0  # a reset that is older is not the last try any more
 WANTED = ("AwaitingReset", "Restarted")
 
@@ -27,7 +28,10 @@ def advice(snapshot: Snapshot) -> str:
 
 def _troubles(snapshot: Snapshot) -> str:
     """What is missing or too large now."""
-    missing = [f"joint {one.joint}" if one.joint else one.name for one in snapshot.traffic if one.missing]
+    silent = [one for one in snapshot.traffic if one.missing and one.rate_hz < SILENT_SHARE * (one.expected_hz or 0.0)]
+    if snapshot.live("Variant") == "Lockstep":  # a simulation takes the time that it needs
+        silent = [one for one in silent if one.rate_hz == 0.0]
+    missing = [f"joint {one.joint}" if one.joint else one.name for one in silent]
     missing = [name for name in missing if name not in ("StopCommand", "GuardStatus", "GuardIndex")]
     above = [
         f"joint {joint}"

@@ -1,8 +1,9 @@
-"""The tables of a scenario file: every key with its type, bounds and default. tauperp.scenario reads them."""
+"""The tables of a scenario file: every key with its type, bounds, default and meaning. tauperp.scenario reads them, and
+tauperp.run.describe writes docs/scenario.md from them."""
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from tauperp.config import TaskName
 from tauperp.sim.sensors import FaultKind
@@ -27,44 +28,74 @@ NotNegative = Annotated[float, Field(ge=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
-class PayloadTable(Table):
+class Described(Table):
+    """A table whose keys say what they mean."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
+class PayloadTable(Described):
+    """What the gripper holds during a phase: grasped where it begins, let go where the next one begins."""
+
     mass_kg: Positive = Field(le=50)
-    com_m: Vector3 = (0.0, 0.0, 0.0)  # from the end-effector point, in the last link's axes
-    radius_m: Positive = 0.04  # of the solid ball whose inertia it has
+    """Mass, kg."""
+    com_m: Vector3 = (0.0, 0.0, 0.0)
+    """Centre of mass from the end-effector point, in the last link's axes, m."""
+    radius_m: Positive = 0.04
+    """Of the solid ball whose inertia it has, m."""
 
 
-class StrikeTable(Table):
-    """A collision; see tauperp.sim.contact.Strike."""
+class StrikeTable(Described):
+    """A collision: a part of a body that comes from 12 cm away, touches the link and pushes."""
 
     step: int = Field(default=1, ge=1)
+    """During which step of `do` it comes, counted from 1."""
     after_s: NotNegative = 0.0
+    """How long after the step has begun the hand sets off, s."""
     link: int = Field(ge=1)
+    """Which link, from 1."""
     along: Share = 0.5
+    """Where on the link: 0 is the lower end of its axis, 1 the upper."""
     direction: Direction
+    """The way the hand moves; its length does not matter."""
     frame: Literal["base", "link"] = "base"
+    """Of `direction`: the robot's base, or the link's own axes."""
     part: Literal["hand", "forearm"] = "hand"
+    """Part of the body by ISO/TS 15066: hand 0.6 kg and 75 N/mm, forearm 2 kg and 40 N/mm."""
     speed_m_s: Positive = Field(default=0.3, le=2)
+    """At which it comes, m/s."""
     push_n: Positive = Field(default=100.0, le=1000)
+    """Peak of the push after the touch, half a sine wave, N. The impact may exceed it."""
     duration_s: Positive = Field(default=0.2, le=10)
+    """Of the push, s."""
 
 
-class GuideTable(Table):
-    """An intended force on the end-effector; see tauperp.sim.guiding.GuidingForce."""
+class GuideTable(Described):
+    """An intended force on the end-effector, as of a hand that guides it."""
 
     step: int = Field(default=1, ge=1)
+    """During which step of `do` it acts, counted from 1."""
     after_s: NotNegative = 0.0
+    """How long after the step has begun it sets in, s."""
     force_n: Vector3
+    """At the end-effector point, base frame, N."""
     moment_nm: Vector3 = (0.0, 0.0, 0.0)
+    """Moment there, base frame, Nm."""
     rise_s: Positive = 0.5
+    """It rises and falls in this time, s."""
     hold_s: NotNegative = 1.0
+    """It stays for this time, s."""
 
 
-class StepTable(Table):
+class StepTable(Described):
     """One thing to do: a move to a point, standing still, or yielding to a person's hand in impedance control."""
 
     move: str | None = None
+    """Name of a point: straight to its `offset_m`, or to its `joints_rad` joint by joint."""
     wait_s: Positive | None = None
+    """Stand still in position control, s."""
     yield_s: Positive | None = None
+    """Hold the pose in impedance control, for a hand to push it out of, s."""
 
     @model_validator(mode="after")
     def _one_thing(self) -> "StepTable":
@@ -73,20 +104,30 @@ class StepTable(Table):
         return self
 
 
-class PhaseTable(Table):
+class PhaseTable(Described):
+    """A part of the run with one task and one payload. Phases follow each other."""
+
     name: str = ""
+    """For figures and tables."""
     task: TaskName
+    """The task that the guard is told: none, payload or contact."""
     payload: PayloadTable | None = None
+    """What the gripper holds; nothing by default."""
     do: list[StepTable] = Field(min_length=1)
+    """Steps, one after the other, each with one of `move`, `wait_s` and `yield_s`."""
     strike: list[StrikeTable] = []
+    """Collisions during the phase."""
     guide: list[GuideTable] = []
+    """Intended forces during the phase."""
 
 
-class PointTable(Table):
+class PointTable(Described):
     """A place: of the end-effector relative to where it starts, its orientation kept, or all joints."""
 
     offset_m: Vector3 | None = None
+    """End-effector from where it starts, base frame, m. Its orientation stays."""
     joints_rad: list[float] | None = None
+    """Or all joints, rad."""
 
     @model_validator(mode="after")
     def _one_way(self) -> "PointTable":
@@ -95,37 +136,57 @@ class PointTable(Table):
         return self
 
 
-class SensorTable(Table):
-    """Errors of the joint sensors; see tauperp.sim.sensors.SensorModel."""
+class SensorTable(Described):
+    """Errors of the joint sensors, drawn once a run from the seed."""
 
     torque_noise_nm: NotNegative = 0.0
+    """Standard deviation, Nm."""
     torque_offset_nm: NotNegative = 0.0
+    """Largest offset, Nm."""
     torque_gain_error: NotNegative = Field(default=0.0, lt=1)
+    """Largest error of gain, as a share."""
     torque_ripple_nm: NotNegative = 0.0
+    """Largest ripple over the joint's angle, Nm."""
     ripple_per_turn: int = Field(default=2, ge=1)
+    """Waves of the ripple a turn."""
     position_noise_rad: NotNegative = 0.0
+    """Standard deviation, rad."""
     velocity_noise_rad_s: NotNegative = 0.0
+    """Standard deviation, rad/s."""
     delay_cycles: int = Field(default=0, ge=0, le=100)
+    """Age of a reading when it is sent, cycles."""
 
 
-class FaultTable(Table):
-    """Something that goes wrong with a sensor; see tauperp.sim.sensors.SensorFault."""
+class FaultTable(Described):
+    """Something that goes wrong with a sensor or its frames."""
 
     joint: int = Field(ge=1)
+    """Which joint, from 1."""
     kind: FaultKind
+    """offset: `value` Nm added; gain: torque times `value`; stuck: the torque reading stays; status: SensorStatus
+    is `value`; silent: no frames; crc: frames with a broken CRC.
+    """
     start_s: NotNegative
+    """From when on, s of the run."""
     end_s: Positive = 1e9
+    """Until when, s."""
     value: float = 0.0
+    """As `kind` says."""
 
 
-class PlantTable(Table):
+class PlantTable(Described):
     """How the simulated arm differs from what everybody believes it to be."""
 
-    model_error: NotNegative = Field(default=0.0, le=0.5)  # each link's mass and inertia, evenly within plus and minus
-    substeps: int = Field(default=2, ge=1, le=100)  # of the physics in one cycle
-    rotor_inertia_kg_m2: list[NotNegative] = []  # one a joint, seen at the joint: the rotor's times gear ratio squared
-    rotor_kg_m2: list[NotNegative] = []  # or the rotors' own, one a joint, with
-    gear_ratio: list[Positive] = []  # one a joint
+    model_error: NotNegative = Field(default=0.0, le=0.5)
+    """Largest error of each link's mass and inertia, as a share."""
+    substeps: int = Field(default=2, ge=1, le=100)
+    """Steps of the physics in one cycle."""
+    rotor_inertia_kg_m2: list[NotNegative] = []
+    """One a joint, seen at the joint. What is neither given nor in the robot's file is estimated."""
+    rotor_kg_m2: list[NotNegative] = []
+    """Or the rotors' own inertia, one a joint, with `gear_ratio`."""
+    gear_ratio: list[Positive] = []
+    """One a joint."""
 
     @model_validator(mode="after")
     def _one_rotor(self) -> "PlantTable":
@@ -142,45 +203,73 @@ class PlantTable(Table):
         return self.rotor_inertia_kg_m2 or own or None
 
 
-class LimitTable(Table):
-    """Of moves; see tauperp.sim.trajectory.Limits."""
+class LimitTable(Described):
+    """Of moves."""
 
     speed_m_s: Positive = 0.5
+    """Of the end-effector, m/s."""
     acceleration_m_s2: Positive = 2.0
+    """Of the end-effector, m/s2."""
     turn_rad_s: Positive = 1.0
+    """Of its orientation, rad/s."""
     joint_speed_rad_s: Positive = 0.8
+    """Of a move joint by joint, rad/s."""
     joint_acceleration_rad_s2: Positive = 3.0
+    """Of a move joint by joint, rad/s2."""
 
 
-class ImpedanceTable(Table):
-    """While it yields; see tauperp.sim.control.ImpedanceGains."""
+class ImpedanceTable(Described):
+    """The spring and damper that hold the end-effector while it yields."""
 
     stiffness_n_m: Positive = 500.0
+    """Of the position, N/m."""
     stiffness_nm_rad: Positive = 50.0
+    """Of the orientation, Nm/rad."""
     damping_ratio: Positive = 1.0
+    """1 is critical."""
     posture_nm_rad: NotNegative = 20.0
+    """Spring of the joints in what the pose leaves free, Nm/rad."""
 
 
-class RecoveryTable(Table):
-    """How it stops and comes back; see tauperp.sim.motion.Recovery."""
+class RecoveryTable(Described):
+    """How the robot stops and comes back."""
 
     deceleration_rad_s2: Positive = 6.0
+    """Of the fastest joint in a stop of category 1 or 2, rad/s2."""
     pause_s: NotNegative = 0.4
+    """Standing, for the person to take the hand away, s."""
     retreat_m: NotNegative = 0.05
+    """Back along the way it came after a collision, m."""
 
 
-class ScenarioTable(Table):
+class ScenarioTable(Described):
+    """A scenario: robot, guard, what it is to do, who touches it, which sensors fail."""
+
     robot: str = Field(default="ku_dex", min_length=1)
+    """A shipped name, or a URDF or MJCF file beside the scenario."""
     config: str = "default"
+    """The guard's preset, or a TOML file beside the scenario."""
     seed: int = Field(default=1, ge=0)
+    """Of sensors and model errors."""
     time_limit_s: Positive = 120.0
+    """The run ends then, s."""
     start_rad: list[float] | None = None
+    """Joints at the start, rad; by default a posture far from singular ones."""
     guard: dict[str, Any] = {}
+    """Single keys of the guard's configuration over `config`."""
     point: dict[str, PointTable] = {}
+    """Places to move to, by name: `[point.NAME]`."""
     phase: list[PhaseTable] = Field(min_length=1)
+    """What happens, part by part."""
     limits: LimitTable = LimitTable()
+    """Speeds and accelerations of moves."""
     impedance: ImpedanceTable = ImpedanceTable()
+    """Control while it yields."""
     recovery: RecoveryTable = RecoveryTable()
+    """Stopping and coming back."""
     sensors: SensorTable = SensorTable()
+    """Errors of the joint sensors."""
     plant: PlantTable = PlantTable()
+    """How the simulated arm differs from its description."""
     fault: list[FaultTable] = []
+    """Faults of sensors and their frames."""

@@ -1,0 +1,99 @@
+"""Writes docs/scenario.md from the tables that check a scenario file: `python -m tauperp.run.describe > FILE`."""
+
+import typing
+from typing import Any, Literal
+
+import annotated_types
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from tauperp.run.tables import ScenarioTable
+from tauperp.toml import kind_of, tables
+
+HEAD = """# Scenario files
+
+A scenario says which robot does what, who touches it, and which sensors fail. `tauperp run FILE.toml` plays it against
+the compiled firmware. Units are in the names of the keys. A key that is not listed here is refused, with the place
+where it belongs if it belongs elsewhere.
+
+This page is written by `python -m tauperp.run.describe` from the models that check the files.
+
+Five examples come with the package and run by name:
+
+| example | shows |
+|---|---|
+| `tauperp run payload` | payloads that nobody told the guard about, and strikes |
+| `tauperp run contact` | guiding by hand, and strikes while it lasts |
+| `tauperp run faults` | sensors that fail: offset, stuck reading, status |
+| `tauperp run wire` | frames that are missing or broken |
+| `tauperp run own_arm` | a start for your own arm: robot, rotors, points, one strike |
+"""
+
+
+def markdown() -> str:
+    """The whole page."""
+    parts = [HEAD]
+    for heading, table in tables(ScenarioTable):
+        parts.append(f"\n## {heading or 'Top of the file'}\n\n{' '.join((table.__doc__ or '').split())}\n")
+        parts.append("\n| key | value | default | meaning |\n|---|---|---|---|\n")
+        parts += [_row(name, field) for name, field in table.model_fields.items()]
+    return "".join(parts)
+
+
+def _row(name: str, field: FieldInfo) -> str:
+    default = "needed" if field.is_required() else _default(field.get_default(call_default_factory=True))
+    meaning = " ".join((field.description or "").split())
+    return f"| `{name}` | {_value(field)} | {default} | {meaning} |\n"
+
+
+def _value(field: FieldInfo) -> str:
+    kind, below = kind_of(field.annotation)
+    if below is not None:
+        return {"list": "tables", "dict": "tables by name"}.get(kind, "a table")
+    words = _words(field.annotation)
+    limits = [_limit(one) for one in field.metadata]
+    return ", ".join([words, *(one for one in limits if one)])
+
+
+def _words(annotation: Any) -> str:
+    names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
+    if annotation in names:
+        return names[annotation]
+    origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is Literal:
+        return " or ".join(f"`{one}`" for one in arguments)
+    if origin is typing.Annotated:
+        limits = [one for one in map(_limit, _flat(arguments[1:])) if one]
+        return ", ".join([_words(arguments[0]), *limits])
+    if origin is list:
+        return f"list of: {_words(arguments[0])}"
+    if origin is tuple:
+        return f"{len(arguments)} numbers"
+    if origin is dict:
+        return "a table"
+    return " or ".join(_words(one) for one in arguments if one is not type(None))
+
+
+def _flat(metadata: tuple[Any, ...]) -> list[Any]:
+    return [inner for one in metadata for inner in (one.metadata if isinstance(one, FieldInfo) else [one])]
+
+
+def _limit(one: Any) -> str:
+    said = {annotated_types.Gt: "above {}", annotated_types.Ge: "from {}", annotated_types.Lt: "below {}",
+            annotated_types.Le: "to {}"}  # fmt: skip
+    for kind, words in said.items():
+        if isinstance(one, kind):
+            return words.format(f"{getattr(one, kind.__name__.lower()):g}")
+    return ""
+
+
+def _default(value: Any) -> str:
+    if value is None or value in ({}, [], "") or isinstance(value, BaseModel):
+        return "-"
+    if isinstance(value, tuple):
+        return f"`{list(value)}`"
+    return "the end" if value == 1e9 else f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
+
+
+if __name__ == "__main__":
+    print(markdown(), end="")
