@@ -31,12 +31,12 @@ SENSOR_OK, NOT_AVAILABLE = 0, 3  # JointState.SensorStatus
 MOVE = (1, 14)  # Permission and its inverse: everything else is a stop
 NO_REASON = 1  # StopCommand.Reason of a permission
 SILENCE_CATEGORY = 1  # IEC 60204-1, of a stop that no valid frame asked for
-COMPANY, COMPANY_FRAMES = 8, 24  # so many StopCommands out of sequence among so many are a second guard's
+COMPANY, COMPANY_FRAMES = 8, 24  # 8 of 24 StopCommands out of sequence show a second guard
 _CYCLE_MASK, _NIBBLE = 0xFFFF, 0xF
 
 
 class Answer(enum.Enum):
-    """What came to a cycle's frames."""
+    """Kind of answer in a cycle."""
 
     MISSING = enum.auto()
     OTHER = enum.auto()  # only StopCommands of another cycle, or of this one with a counter out of sequence
@@ -54,12 +54,12 @@ class Permit:
 
     @property
     def reason(self) -> int:
-        """StopCommand.Reason; 0 if nobody said one."""
+        """StopCommand.Reason; 0 without a valid frame."""
         return 0 if self.command is None else int(self.command["Reason"])
 
     @property
     def trip_number(self) -> int:
-        """To be named in a GuardReset; 0 before the first trip, and if nobody said one."""
+        """The trip that a GuardReset must name; 0 before the first trip and without a valid frame."""
         return 0 if self.command is None else int(self.command["TripNumber"])
 
 
@@ -86,12 +86,12 @@ class StopCheck:
         self._out_of_sequence: deque[bool] = deque(maxlen=COMPANY_FRAMES)
 
     def begin(self, cycle: int, now_s: float = 0.0) -> None:
-        """Sync of this cycle is about to be sent. Frames that came before it have to be handed over before."""
+        """Call before the Sync of this cycle is sent, and after `hear` got every earlier frame."""
         self._cycle, self._begun_s = cycle, now_s
         self._command, self._stop, self.answer = None, None, Answer.MISSING
 
     def hear(self, frame: can.Message, now_s: float = 0.0) -> None:
-        """Any frame of the bus; those that are no StopCommand are left alone. `now_s` is when it was received."""
+        """Any frame of the bus; frames other than StopCommand are ignored. `now_s`: time of reception."""
         if frame.arbitration_id != self._message.id:
             return
         received = self._receiver.receive(frame)
@@ -102,7 +102,7 @@ class StopCheck:
         answers = int(signals["Cycle"]) == self._cycle & _NIBBLE
         self.answer = Answer.OTHER if self.answer is Answer.MISSING else self.answer
         if answers and (received.status.accepted or received.status is E2EStatus.INITIAL):
-            self.answer = Answer.GOOD  # the first frame of all permits nothing, but its sender is there
+            self.answer = Answer.GOOD  # the first frame permits nothing, but shows that its sender is there
         both = (signals["Permission"], signals["PermissionInverted"]) == MOVE
         if not both or signals["Reason"] != NO_REASON or self._message.out_of_range(signals):
             self._hear_stop(signals)
@@ -110,12 +110,12 @@ class StopCheck:
             self._command = signals
 
     def _hear_stop(self, signals: dict[str, float]) -> None:
-        """A stop needs no fresh counter and no cycle: the worst of them is obeyed."""
+        """A stop needs neither a fresh counter nor the cycle. The worst one is obeyed."""
         if self._stop is None or _category(signals) <= _category(self._stop):
             self._stop = signals
 
     def forget(self, frame: can.Message) -> None:
-        """A frame from before the first cycle: it answers nothing, but its counter is known from here on."""
+        """A frame from before the first cycle: it answers nothing, but sets the reference of the counter."""
         if frame.arbitration_id == self._message.id:
             self._receiver.receive(frame, decode=False)
 
@@ -126,7 +126,7 @@ class StopCheck:
         return self._out_of_sequence.count(True) >= COMPANY
 
     def permit(self, now_s: float = 0.0) -> Permit:
-        """The verdict of this cycle as far as it was heard. May be asked again at any time."""
+        """The verdict of this cycle from the frames heard so far. May be called at any time."""
         if self._stop is not None:
             return Permit(False, _category(self._stop), self.answer, self._stop)
         if self._command is None or self.has_company or now_s - self._begun_s > self._hold_s:
@@ -135,7 +135,7 @@ class StopCheck:
 
 
 def _category(signals: dict[str, float]) -> int:
-    """IEC 60204-1; what is none of its categories is the worst."""
+    """Category of IEC 60204-1; an unknown one counts as the worst."""
     category = int(signals["StopCategory"])
     return category if category <= 2 else 0
 
@@ -228,7 +228,7 @@ class RobotSide:
         return self._last
 
     def _drain(self) -> None:
-        """What is there already: a stop behind an answer counts."""
+        """Frames that have already arrived: a stop after an answer counts."""
         while (frame := self._bus.recv(timeout=0.0)) is not None:
             self.check.hear(frame, time.monotonic())
 

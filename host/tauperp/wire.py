@@ -46,7 +46,7 @@ class E2EStatus(enum.IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class _Scaling:
-    """One signal's way to its raw integer, and the raw integers that the DBC allows."""
+    """Scaling of one signal to its raw integer, and the raw range that the DBC allows."""
 
     name: str
     factor: float
@@ -68,7 +68,7 @@ class _Scaling:
         return raw
 
     def holds(self, value: float | None) -> bool:
-        """Whether a decoded value is in the DBC's range; a signal that is not in this frame (None) cannot be out."""
+        """Whether a decoded value is in the DBC's range. True for a signal that is not in this frame (None)."""
         return value is None or self.raw_min <= round((value - self.offset) / self.factor) <= self.raw_max
 
 
@@ -151,7 +151,7 @@ class WireMessage:
         return {name: value for name, value in decoded.items() if name not in _HEADER}  # type: ignore[union-attr, misc]
 
     def out_of_range(self, signals: Mapping[str, float]) -> tuple[str, ...]:
-        """Names of the signals outside the DBC's range: not available, or never sent by a correct sender."""
+        """Names of the signals outside the DBC's range: not available, or sent by a defective sender."""
         return tuple(scaling.name for scaling in self._scalings if not scaling.holds(signals.get(scaling.name)))
 
     def seal(self, data: bytearray, counter: int) -> None:
@@ -258,7 +258,7 @@ def _message(definition: Message) -> WireMessage:
 
 
 def _check_data_ids(messages: Iterable[WireMessage]) -> None:
-    """No two messages share a data id at the same counter, so that one never passes for the other."""
+    """No two messages share a data id at the same counter; otherwise one could pass the check of the other."""
     seen: dict[tuple[int, int], str] = {}
     for message in messages:
         for entry in enumerate(message.data_ids):
@@ -310,7 +310,7 @@ class Sender:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """What a Receiver made of one frame."""
+    """Result of a Receiver for one frame."""
 
     message: WireMessage
     status: E2EStatus
@@ -327,7 +327,7 @@ class Receiver:
         self._references: dict[int, int] = {}  # last counter, by id
 
     def receive(self, frame: can.Message, *, decode: bool = True) -> Received | None:
-        """Judge one frame; None if it is not of this wire (id, length, extended id, remote or error frame).
+        """Check one frame; None if it is not of this wire (id, length, extended id, remote or error frame).
 
         Without `decode` its signals are not looked at: a tenth of the time, for who only counts.
         """
@@ -340,7 +340,7 @@ class Receiver:
             return Received(message, status, lost, {}, ())
         try:
             signals = message.decode(frame.data)
-        except InputError:  # of the right length, so only a multiplexer can be at fault
+        except InputError:  # the length is right, so the multiplexer is wrong
             return Received(message, status, lost, {}, message.multiplexers)
         return Received(message, status, lost, signals, message.out_of_range(signals))
 

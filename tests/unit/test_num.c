@@ -225,7 +225,7 @@ static void test_a_shifted_rotation_goes_by_the_square_less_the_shift(void) {
         const num_t root = num_of(40.0 * scale * random_one());
         const double x = value_of(first), z = x * value_of(second), y = x * x - value_of(root) * value_of(root);
         if (hypot(y, z) < 1e-3 * (x * x + fabs(z))) {
-            continue; /* what is left of the difference is the rounding of its terms */
+            continue; /* the difference is dominated by the rounding of its terms */
         }
         const num_rotation_t turn = num_shifted_rotation(first, second, num_wide(root, root), &saturations);
         const double sign = (x < 0.0) ? -1.0 : 1.0;

@@ -139,7 +139,7 @@ class _Node:
         self._ended = True
 
     def _hear(self) -> None:
-        """One frame, or the tick that is due without."""
+        """One frame, or a tick that is due without one."""
         left_us = self._schedule.due_us - _now_us()
         frame = self._bus.recv(timeout=left_us * 1e-6) if left_us > 0 else None
         begin_us = _now_us()
@@ -149,7 +149,7 @@ class _Node:
             return
         else:
             verdicts = self._schedule.receive(frame, begin_us)
-        if verdicts and not self._schedule.in_lockstep:  # there, a tick takes no time
+        if verdicts and not self._schedule.in_lockstep:  # in lockstep a tick takes no time
             self._guard.note_tick_time(_now_us() - begin_us)
         self._answer(verdicts)
 

@@ -1,4 +1,4 @@
-"""`tauperp monitor`: what is going on between robot and guard, live, for people and for machines."""
+"""`tauperp monitor`: robot and guard on a bus, live, as text or JSON."""
 
 import argparse
 import errno
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _open(args: argparse.Namespace) -> can.BusABC:
-    """For listening. A SocketCAN socket hears CAN FD only if it is asked to, and classic frames all the same."""
+    """A bus to listen on. A SocketCAN socket receives CAN FD only on request, and classic frames in any case."""
     return open_bus(args, fd=True) if args.interface == "socketcan" else open_bus(args)
 
 

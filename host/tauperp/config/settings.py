@@ -114,7 +114,7 @@ class Sensor(Table):
 
 
 class Task(Table):
-    """What is watched while the robot does this task, and from where on it is a collision."""
+    """Index and thresholds of one task."""
 
     index: IndexName
     threshold_nm: Annotated[list[Any], BeforeValidator(_one_or_many), AfterValidator(_numbers)] = Field(

@@ -112,12 +112,12 @@ class Guard:
 
     @property
     def counters(self) -> dict[str, int]:
-        """What the environment did wrong since the start, by the names of guard_counters_t."""
+        """Errors of the environment since the start, by the names of guard_counters_t."""
         counters = self._guard.counters
         return {name: int(getattr(counters, name)) for name, _ in self.library.ffi.typeof(counters).fields}
 
     def assume_reset(self) -> None:
-        """For a guard that joins a bus log in the middle: the reset after the start lies before the log."""
+        """For a guard that joins a bus log in the middle: the reset after the start is before the log."""
         self._guard.acknowledged = True
 
     @property
@@ -126,7 +126,7 @@ class Guard:
         return self._config
 
     def receive(self, message: can.Message, now_us: int) -> None:
-        """Hand over one frame that was received. Error frames are no frames: a real board's controller eats them."""
+        """One received frame. Error frames are ignored, as a real CAN controller does."""
         if not message.is_error_frame:
             self._lib.guard_receive(self._guard, self.frame_of(message), now_us)
 
@@ -212,6 +212,6 @@ def reaction_us(block: bytes) -> int:
 
 
 def _numeric_of(block: bytes) -> Numeric:
-    """Which build the block was made for; a block that does not say goes to the float build, which refuses it."""
+    """The build that the block was made for. A block that does not say so goes to the float build, which refuses it."""
     number = int.from_bytes(block[_NUMERIC_OFFSET : _NUMERIC_OFFSET + 4], "little")
     return next((name for name, value in NUMERICS.items() if value == number), "float32")

@@ -51,11 +51,11 @@ class Library:
         return np.dtype(np.float32 if self.numeric == "float32" else np.int32)
 
     def new(self, declaration: str) -> Any:
-        """A zeroed C object, e.g. new("motion_t *"); it lives as long as what is returned."""
+        """A zeroed C object, e.g. new("motion_t *"). It lives as long as the returned object."""
         return self.ffi.new(declaration)
 
     def view(self, member: Any) -> npt.NDArray[Any]:
-        """An array of num_t in C as a flat numpy array on the same memory. The C object has to be kept alive."""
+        """An array of num_t in C as a flat numpy array on the same memory. The caller keeps the C object alive."""
         return np.frombuffer(self.ffi.buffer(member), self.scalar)
 
     def to_num(self, values: FloatArray) -> npt.NDArray[Any]:

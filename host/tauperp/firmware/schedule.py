@@ -27,7 +27,7 @@ class Schedule:
         return int(self._schedule.due_us)
 
     def receive(self, frame: can.Message, now_us: int) -> list[Verdict]:
-        """One frame of another node. In lockstep the ticks that it makes due come before it."""
+        """One frame of another node. In lockstep, ticks that become due are made before it."""
         if frame.is_error_frame:
             return []
         verdicts = []

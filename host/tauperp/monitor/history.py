@@ -42,7 +42,7 @@ class History:
         self._begin(Stop(time_s, number, verdict.reason, verdict.joint, index, earlier=earlier))
 
     def look(self, time_s: float, silent_s: float = SILENT_S) -> None:
-        """Time has passed: is it silence by now, with no StopCommand for `silent_s`?"""
+        """Notes silence: no StopCommand for `silent_s` at `time_s`."""
         newest = self._stops[0] if self._stops else None
         silent = self._last is not None and time_s - self._heard_s > silent_s
         known = self._silent_since == self._heard_s
@@ -59,7 +59,7 @@ class History:
         return tuple(self._stops)
 
     def _begin(self, stop: Stop) -> None:
-        """One stop may follow another without a permission in between: the older ends where the newer begins."""
+        """A stop may follow another without a permission in between: the older one ends when the newer begins."""
         if self._stops and self._stops[0].lasted_s is None:
             older = self._stops[0]
             self._stops[0] = dataclasses.replace(older, lasted_s=stop.time_s - older.time_s)

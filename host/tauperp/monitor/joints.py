@@ -1,4 +1,4 @@
-"""One row a joint: r and d as bars on a scale on which every joint's threshold is in the same place."""
+"""One row per joint: r and d as bars, scaled so that the thresholds of all joints are in the same column."""
 
 from rich.text import Text
 
@@ -11,7 +11,7 @@ _LABEL, _NUMBER, _THRESHOLD, _GAP = 4, 8, 9, 3
 
 
 def joint_lines(snapshot: Snapshot, width: int) -> list[Text]:
-    """A heading and a row for every joint that GuardIndex told of; torques in Nm."""
+    """A heading and a row for each joint of the received GuardIndex frames; torques in Nm."""
     length = max(6, min(LONGEST_BAR, (width - _LABEL - _THRESHOLD - 2 * (1 + _NUMBER) - _GAP) // 2))
     column = length + 1 + _NUMBER
     heading = Text(

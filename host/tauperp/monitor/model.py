@@ -98,7 +98,7 @@ class Monitor:
             self._take(received.message.name, received.signals, now_s)
 
     def note_bus_error(self) -> None:
-        """The bus itself failed, and told so by other means than an error frame."""
+        """The bus failed without an error frame."""
         self._error_frames += 1
         self._is_down = True
 
@@ -107,7 +107,7 @@ class Monitor:
         self._is_down = is_down
 
     def snapshot(self, now_s: float) -> Snapshot:
-        """All of it at `now_s`."""
+        """Snapshot at `now_s`."""
         self._rates.advance(now_s)
         slower, stale_s = self._slower, STALE_S * self._slower
         self._history.look(now_s + self._epoch_s, SILENT_S * slower)
@@ -144,7 +144,7 @@ class Monitor:
         return FD_HZ if self._fd else CLASSIC_HZ
 
     def _seconds(self, frame: can.Message) -> float:
-        """How long the frame kept the bus busy at most; worked out once for each kind of frame."""
+        """Longest time that the frame occupied the bus; computed once per kind of frame."""
         kind = (frame.is_error_frame, frame.is_remote_frame, frame.is_extended_id, frame.is_fd, frame.bitrate_switch)
         seconds = self._lengths.get((kind, frame.dlc))
         if seconds is None:
@@ -204,7 +204,7 @@ class Monitor:
         )
 
     def _expected_hz(self, message: WireMessage) -> float | None:
-        """What the DBC says. Sync sets the pace: all others are measured against the Sync that was really heard."""
+        """The expected rate from the DBC, scaled by the measured rate of Sync."""
         sync = self._wire.message("Sync")
         if message.cycle_time_ms == 0 or message.timeout_cycles == 0 or message.joint > self._robot_joints:
             return None  # an event, or sent only when there is something to say
@@ -213,7 +213,7 @@ class Monitor:
 
     @property
     def _robot_joints(self) -> int:
-        """As the guard says, else the last one that was heard of."""
+        """As the guard reports it, otherwise the last known one."""
         if "RobotJoints" in self._status:
             return int(cast(float, self._status["RobotJoints"][0]))
         heard = [one.joint for one in self._wire.messages.values() if one.joint and self._counts[one.name]["frames"]]
@@ -221,7 +221,7 @@ class Monitor:
 
 
 def frame_bits(frame: can.Message) -> FrameBits:
-    """How long a frame can have been, with every stuff bit that the standard allows."""
+    """Longest length of a frame, with every stuff bit that the standard allows."""
     if frame.is_error_frame:
         return ERROR_FRAME_BITS
     length = 0 if frame.is_remote_frame else frame.dlc

@@ -25,7 +25,7 @@ class Rates:
         self._open[name] += amount
 
     def advance(self, now_s: float) -> None:
-        """Close every slice that is over; after a long silence no more of them than the window holds."""
+        """Close every finished slice; after a long silence at most as many as the window holds."""
         over = int((now_s - self._slice_end_s) / SLICE_S) + 1 if now_s >= self._slice_end_s else 0
         for _ in range(min(over, _SLICES)):
             self._closed.append(dict(self._open))

@@ -68,7 +68,7 @@ def _title(snapshot: Snapshot, source: str, width: int) -> Text:
 
 
 def _verdict(snapshot: Snapshot, width: int) -> list[Text]:
-    """Three rows: the word, and beside it what a person has to know about it."""
+    """Three rows: the word, with its details beside it."""
     head, *details = _words(snapshot)
     waiting = snapshot.heard and snapshot.live("State") in WAITING
     style = "bold white on dark_green" if snapshot.permitted else "bold white on red3"
@@ -82,7 +82,7 @@ def _verdict(snapshot: Snapshot, width: int) -> list[Text]:
 
 
 def _words(snapshot: Snapshot) -> tuple[str, str, str]:
-    """State, reason, and how it stops or moves."""
+    """State, reason, and stop category or motion."""
     if not snapshot.heard or snapshot.verdict is None:
         last = "none was heard yet" if snapshot.verdict is None else f"the last one {_ago(snapshot.verdict.age_s)} ago"
         return "no StopCommand: silence means stop", last, ""
@@ -126,7 +126,7 @@ def _guard(snapshot: Snapshot) -> list[Text]:
 
 
 def _known(snapshot: Snapshot, signal: str, name: str, unit: str = "", layout: str = "{:.0f}") -> Text:
-    """A signal of GuardStatus with its name; grey when it is old, a dash when it was never heard."""
+    """A signal of GuardStatus with its name; grey when old, a dash when never received."""
     reading = snapshot.status.get(signal)
     if reading is None:
         return Text(f"{name} -", STALE)
@@ -196,7 +196,7 @@ def _rate(name: str, one: Traffic) -> Text:
 
 
 def _errors(snapshot: Snapshot) -> list[Text]:
-    """What the guard counted in GuardStatus, beside what this monitor counted by itself."""
+    """The guard's counters from GuardStatus beside the monitor's own."""
     here = {
         "CrcErrors": snapshot.total("crc_errors"),
         "SequenceErrors": snapshot.total("sequence_errors"),
@@ -254,7 +254,7 @@ def _versions(snapshot: Snapshot) -> Text:
 
 
 def _ago(seconds: float) -> str:
-    """A span as a person says it."""
+    """A duration in words."""
     if seconds < 10:
         return f"{seconds:.2f} s" if seconds < 1 else f"{seconds:.1f} s"
     if seconds < 120:

@@ -1,4 +1,4 @@
-"""What a monitor knows at one instant, as plain values with their ages."""
+"""The monitor's knowledge at one instant, as plain values with their ages."""
 
 import dataclasses
 import re
@@ -15,7 +15,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True, slots=True)
 class Reading(Generic[Value]):
-    """A value and how long ago it was heard."""
+    """A value and its age."""
 
     value: Value
     age_s: float
@@ -23,7 +23,7 @@ class Reading(Generic[Value]):
 
     @property
     def live(self) -> bool:
-        """Young enough to be shown as what is."""
+        """Young enough to be shown as current."""
         return self.age_s <= self.stale_s
 
 
@@ -63,7 +63,7 @@ class JointIndex:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """The permission was withdrawn, or nobody gave it any more (trip number None).
+    """The permission was withdrawn, or no longer sent (trip number None).
 
     `time_s` since 1970; `lasted_s` until the permission came back, None while it has not; `earlier`: it was so already
     when the monitor began to listen; `times`: silences with no trip between them are one stop.
@@ -95,7 +95,7 @@ class Traffic:
 
     @property
     def missing(self) -> bool:
-        """Clearly fewer than there should be."""
+        """Clearly fewer frames than expected."""
         return self.expected_hz is not None and self.rate_hz < 0.9 * self.expected_hz
 
 
@@ -146,12 +146,12 @@ class Snapshot:
 
 
 def spoken(name: str) -> str:
-    """A name of the DBC as a person says it: "TickOverBudget" is "tick over budget"."""
+    """A name of the DBC in words: "TickOverBudget" is "tick over budget"."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
 
 
 def report(snapshot: Snapshot) -> dict[str, Any]:
-    """For `--json`. What is not known is null; ages s; a stale value keeps its age and is the reader's to judge."""
+    """For `--json`. Unknown values are null; ages in s. A stale value keeps its age; the reader decides."""
     body = dataclasses.asdict(snapshot)
     return {"permitted": snapshot.permitted, "heard": snapshot.heard, **_rounded(body)}
 

@@ -1,4 +1,4 @@
-"""Letters, bars and columns that the live view is made of."""
+"""Letters, bars and columns of the live view."""
 
 from collections.abc import Sequence
 from itertools import zip_longest
@@ -66,7 +66,7 @@ def beside(first: Sequence[Text], *others: Sequence[Text], width: int) -> list[T
 
 
 def room_beside(*others: Sequence[Text], width: int) -> int:
-    """Columns that are left for the first block."""
+    """Remaining columns for the first block."""
     return max(0, width - sum(_width(block) + COLUMN_GAP for block in others))
 
 

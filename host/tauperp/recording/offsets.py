@@ -44,7 +44,7 @@ SMOOTHING_S = 0.03
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Offsets:
-    """(n,) Nm that are taken off the measured torque before it is sent, and what people are told of them."""
+    """(n,) Nm subtracted from the measured torque before it is sent, and the text that the report gives."""
 
     nm: FloatArray
     source: str  # one of CHOICES, or the file's name
@@ -104,7 +104,7 @@ def find_rest(recording: Recording) -> slice | None:
 
 
 def _at_rest(recording: Recording, rest: slice, robot: Robot) -> FloatArray:
-    """Raises InputError if what is left of the torque looks like a payload, or is no sensor's."""
+    """Raises InputError if the remaining torque looks like a payload, or not like a sensor's."""
     posture = recording.q[rest].mean(axis=0)
     dynamics = Dynamics(robot)
     gravity = dynamics.bias(posture, np.zeros(robot.n))

@@ -1,8 +1,8 @@
 """Bus logs as python-can reads them (.blf, candump's .log and others, also with .gz), and .asc, with damage found.
 
-python-can's readers skip what they do not understand and end quietly where a file does. A log that is evidence must
-not: every frame before the damage comes out, and then it is told at which byte or line it is. What is no frame is
-counted.
+python-can's readers skip what they do not understand and end silently at the end of a file. A log that is evidence
+needs more: every frame before the damage is delivered, then its byte or line is reported. Entries that are no frames
+are counted.
 """
 
 import gzip

@@ -107,7 +107,7 @@ def _start(stream: IO[bytes]) -> bytes:
         while len(start) < _HEAD_BYTES and (piece := stream.read(_PIECE_BYTES)):
             start += piece
     except (EOFError, zlib.error, gzip.BadGzipFile):
-        pass  # whoever reads on finds it again
+        pass  # the reader meets it again and reports it
     return start
 
 

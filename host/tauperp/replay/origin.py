@@ -40,7 +40,7 @@ class Field:
 
 @dataclasses.dataclass(frozen=True)
 class Origin:
-    """The guard in a log. None: the log ends before it is told."""
+    """The guard in a log. None: the log ends before the guard has sent it."""
 
     config_crc: int | None
     numeric: Numeric

@@ -1,4 +1,4 @@
-"""What a bus log says of the robot, cycle by cycle, for whoever watches: its pose by the log, its guard as replayed."""
+"""The robot in a bus log, cycle by cycle, for the viewers: pose from the log, guard as replayed."""
 
 import can
 import numpy as np

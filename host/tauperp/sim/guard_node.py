@@ -10,9 +10,9 @@ from tauperp.firmware import Guard, Verdict
 
 
 class GuardPeer(Protocol):
-    """Whoever plays the guard on the bus. One of another process or machine takes its turn by itself."""
+    """The guard on the bus: of this process, or a remote one that runs on its own."""
 
-    remote: bool  # it takes its turn by itself, and only its frames tell what it thinks
+    remote: bool  # it runs on its own, and only its frames show its state
     verdict: Verdict | None  # of the last tick, where it can be looked into
 
     def turn(self, now_us: int) -> None:

@@ -211,7 +211,7 @@ class Lockstep:
                 )
             reason = f"no answer of the guard for {pace.patience.answer_s:g} s"
             if node.answer is Answer.OTHER:
-                reason += ", only StopCommands of other cycles or counters: it is late, started anew or is not alone"
+                reason += ", only StopCommands of other cycles or counters: it is late, has restarted or is not alone"
         if self._guard.remote and node.has_company:
             reason = "two guards answer: StopCommands come with two counters"
         reason = reason or self._beyond_wire(cycle * self._period)

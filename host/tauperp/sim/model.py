@@ -1,7 +1,7 @@
 """The MuJoCo model of an arm, built in memory from its `Robot` description: never from a second file that could differ.
 
 World frame: the robot's base frame, metres, with the gravity that the description gives. One body per link, named as
-its joint. The arm's own bodies never collide with each other; whoever touches it brings explicit contact pairs.
+its joint. The arm's own bodies never collide with each other; a body that touches it brings explicit contact pairs.
 """
 
 import mujoco

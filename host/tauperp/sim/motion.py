@@ -1,7 +1,7 @@
 """What the robot does from cycle to cycle: its jobs one after the other, and how it stops and comes back.
 
 Follows the paper's flowchart (Fig. 4): the task goes on while motion is permitted; when it is not, the robot stops,
-retreats along the way it came, asks for a reset, and goes on with a trajectory planned anew from where it stands.
+retreats along the way it came, asks for a reset, and continues with a trajectory planned from its position.
 
     READY -> FOLLOWING -> STOPPING -> PAUSING -> RETREATING -> READY      stop category 2: it stays in control
                           STOPPING -> BRAKED  -> READY                    1: brakes once it stands

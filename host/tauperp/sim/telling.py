@@ -59,7 +59,7 @@ class Telling:
         self._status: dict[str, float] = {}
 
     def begin(self) -> None:
-        """A new cycle: what is told from now on is fresh."""
+        """A new cycle: values received from now on are fresh."""
         self.fresh = np.zeros(self._n, bool)
 
     def hear(self, received: Received) -> None:
