@@ -73,7 +73,8 @@ def test_every_reason_has_advice_and_a_class(builder: ModuleType) -> None:
     names = set(pages.reason_names().values())
     entries = tomllib.loads(pages.REASONS.read_text())
     assert names == set(entries), "docs/reasons.toml has one table for each name of StopCommand.Reason"
-    assert {name.lower() for name in names} <= set(pages.reason_classes())
+    assert names == set(pages.reason_classes())
+    assert set(pages.reason_classes().values()) == set(pages.CLASSES)
     assert all(set(entry) == {"means", "look"} for entry in entries.values())
 
 

@@ -17,6 +17,7 @@ from tauperp.cli import COMMANDS, command_help
 from tauperp.config.settings import Settings
 from tauperp.files import repository_root
 from tauperp.wire import Wire
+from tauperp.wire_values import REASON_CLASS
 
 ROOT = repository_root()
 REASONS = ROOT / "docs" / "reasons.toml"
@@ -38,10 +39,9 @@ def reason_names() -> dict[int, str]:
 
 
 def reason_classes() -> dict[str, str]:
-    """Class of each reason by its name in the DBC, from the table of the firmware."""
-    text = (ROOT / "firmware" / "guard" / "guard_reason.c").read_text()
-    found = re.findall(r"\[GUARD_REASON_(\w+)\] = REASON_(\w+)", text)
-    return {name.replace("_", "").lower(): kind for name, kind in found}
+    """Class of each reason by its name in the DBC."""
+    names = reason_names()
+    return {names[number]: kind.name for number, kind in REASON_CLASS.items()}
 
 
 def troubleshooting() -> str:
@@ -57,7 +57,7 @@ def troubleshooting() -> str:
     for kind, (title, summary) in CLASSES.items():
         lines += [f"## {title}", "", summary, "", "| reason | what it means | what to look at |", "|---|---|---|"]
         for number, name in reason_names().items():
-            if classes.get(name.lower()) == kind and name in entries:
+            if classes.get(name) == kind and name in entries:
                 lines.append(f"| **{name}** ({number}) | {entries[name]['means']} | {entries[name]['look']} |")
         lines.append("")
     return "\n".join([*lines, SYMPTOMS])
