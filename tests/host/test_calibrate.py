@@ -19,6 +19,7 @@ from tauperp.calibrate.sources import Motion, motion_of_frames, read_motion
 from tauperp.cli import main
 from tauperp.config import load_configuration
 from tauperp.errors import InputError
+from tauperp.recording.offsets import weights
 from tauperp.sim.dynamics import Dynamics
 from tauperp.sim.posture import home
 from tauperp.wire import Sender, Wire
@@ -147,6 +148,15 @@ def test_an_arm_that_is_touched_gives_no_offsets() -> None:
     residual[400:600, 2] += 2.0
     with pytest.raises(InputError, match=r"joint 3 .*touched"):
         offset_at_rest(still, residual)
+
+
+def test_a_rest_with_a_payload_gives_no_offsets() -> None:
+    still = wave(5, scale=0.0)
+    loaded = still.corrected(still.tau + 1.2 * weights(Dynamics(ROBOT), still.q[0], ROBOT.gravity)[:, 0])
+    with pytest.raises(InputError, match=r"as a payload of \+1\.\d+ kg would"):
+        calibrate(
+            [wave(20)], load_configuration("default", robot=ROBOT), alarms_per_hour=60, held_out=0.33, rest=loaded
+        )
 
 
 def test_too_short_a_recording_is_refused() -> None:

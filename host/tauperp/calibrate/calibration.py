@@ -19,6 +19,7 @@ from tauperp.config import LOAD_LIMIT, TASKS, Configuration, Numeric, TaskName
 from tauperp.config.configuration import SETTLING, THRESHOLD_SHARE
 from tauperp.errors import InputError
 from tauperp.intervals import poisson
+from tauperp.recording.offsets import refuse_payload
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -208,6 +209,7 @@ def _correct(
     if rest is not None:
         own_rate = at_rate_of([rest], configuration)
         start = offset_at_rest(_behind_warm_up(rest), _listen(rest, own_rate, task, numeric)[0])
+        refuse_payload(rest.name, start, rest.q.mean(axis=0), configuration.robot)
         offset_from = rest.name
     pairs = []
     for motion in motions:

@@ -110,17 +110,25 @@ def _at_rest(recording: Recording, rest: slice, robot: Robot) -> FloatArray:
     gravity = dynamics.bias(posture, np.zeros(robot.n))
     offset: FloatArray = recording.tau[rest].mean(axis=0) - gravity
     _refuse_what_is_no_sensors(recording, offset, gravity, robot)
-    columns = weights(dynamics, posture, robot.gravity)
+    refuse_payload(str(recording.path), offset, posture, robot)
+    return offset
+
+
+def refuse_payload(where: str, offset: FloatArray, posture: FloatArray, robot: Robot) -> None:
+    """Raises InputError if offsets (n,) Nm from a rest in one posture (n,) rad look like a payload's weight.
+
+    where   names the recording in the message
+    """
+    columns = weights(Dynamics(robot), posture, robot.gravity)
     priors = np.diag([0.1, 0.5, 0.5, 0.5])  # Nm per kg and per kg m: keeps the moments of a small payload small
     stacked = np.vstack([columns, priors])
     found = np.linalg.lstsq(stacked, np.append(offset, np.zeros(4)), rcond=None)[0]
     explained = 1 - float(((offset - columns @ found) ** 2).sum()) / max(float(offset @ offset), 1e-12)
     if abs(found[0]) > PAYLOAD_KG and explained > PAYLOAD_SHARE and np.abs(offset).max() > PAYLOAD_NM:
         raise InputError(
-            f"{recording.path}: at rest the torque differs by {np.abs(offset).max():.1f} Nm, as a payload of "
+            f"{where}: at rest the torque differs by {np.abs(offset).max():.1f} Nm, as a payload of "
             f"{found[0]:+.2f} kg would: no offsets from it; name unloaded ones with --offsets, or another --robot"
         )
-    return offset
 
 
 def _refuse_what_is_no_sensors(recording: Recording, offset: FloatArray, gravity: FloatArray, robot: Robot) -> None:
