@@ -22,7 +22,7 @@ Five examples come with the package and run by name:
 
 | example | shows |
 |---|---|
-| `tauperp run payload` | payloads that nobody told the guard about, and strikes |
+| `tauperp run payload` | payloads that the guard does not know, and strikes |
 | `tauperp run contact` | guiding by hand, and strikes while it lasts |
 | `tauperp run faults` | sensors that fail: offset, stuck reading, status |
 | `tauperp run wire` | frames that are missing or broken |

@@ -110,7 +110,7 @@ class PhaseTable(Described):
     name: str = ""
     """For figures and tables."""
     task: TaskName
-    """The task that the guard is told: none, payload or contact."""
+    """The task that the robot sends to the guard: none, payload or contact."""
     payload: PayloadTable | None = None
     """What the gripper holds; nothing by default."""
     do: list[StepTable] = Field(min_length=1)
