@@ -26,7 +26,7 @@ FROM_PYPI = {
     "OpenGL": "pyopengl",
 }
 FROM_PYPI |= {"rerun": "rerun-sdk", "dask": "distributed", "mpl_toolkits": "matplotlib", "PIL": "pillow"}
-FROM_PYPI |= {"mcap_ros2": "mcap-ros2-support"}
+FROM_PYPI |= {"mcap_ros2": "mcap-ros2-support", "annotated_types": "annotated-types"}
 
 STRUCK = """
 robot = "ku_dex"
