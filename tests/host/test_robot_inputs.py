@@ -9,6 +9,7 @@ import pytest
 from robot_makers import urdf, urdf_joint, urdf_link
 
 from tauperp import cli
+from tauperp.calibrate.output import robot_key
 from tauperp.config import load_configuration
 from tauperp.errors import InputError
 from tauperp.firmware import Core
@@ -284,6 +285,16 @@ def test_the_options_that_a_message_names_are_there(tmp_path: Path, capsys: pyte
     assert load_configuration(cell).robot.n == 2
 
 
+def test_a_calibration_keeps_the_part_of_the_file(tmp_path: Path) -> None:
+    (tmp_path / "lift.urdf").write_text(LIFT)
+    line = robot_key("lift.urdf", {"base": "base", "tool": [0.0, 0.0, 0.1], "accept_inertia": True})
+    (tmp_path / "cell.toml").write_text(line + "\n")
+    robot = load_configuration(tmp_path / "cell.toml").robot
+    assert robot.n == 2
+    assert robot.tip == pytest.approx([0.0, 0.0, 0.1])
+    assert robot_key('a "b" \\ c', {}) == 'robot = "a \\"b\\" \\\\ c"'
+
+
 def test_a_core_takes_the_part_of_a_file(tmp_path: Path) -> None:
     (tmp_path / "lift.urdf").write_text(LIFT)
     core = Core(tmp_path / "lift.urdf", base="base", tool=[0.0, 0.0, 0.1])
@@ -292,7 +303,9 @@ def test_a_core_takes_the_part_of_a_file(tmp_path: Path) -> None:
         Core(core.robot, base="base")
 
 
-@pytest.mark.parametrize("command", ["run", "experiment", "replay", "config", "guard", "robot", "sensitivity"])
+@pytest.mark.parametrize(
+    "command", ["run", "experiment", "replay", "score", "config", "guard", "robot", "sensitivity", "calibrate"]
+)
 def test_every_command_that_takes_a_robot_takes_its_chain(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([command, "--help"]) == 0
     text = capsys.readouterr().out

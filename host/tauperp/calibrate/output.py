@@ -1,6 +1,8 @@
 """What a calibration leaves: a TOML file for `tauperp config`, JSON, and a page that an engineer can file."""
 
 import datetime
+import json
+from collections.abc import Mapping
 from typing import Any
 
 from tauperp.calibrate import tail
@@ -17,8 +19,21 @@ def _list(values: Any) -> str:
     return "[" + ", ".join(f"{float(value):g}" for value in values) + "]"
 
 
-def toml(calibration: Calibration, robot: str, preset: str) -> str:
-    """The installation's file; `robot` and `preset` as the command was given them."""
+def robot_key(model: str, chain: Mapping[str, Any]) -> str:
+    """The key `robot` of a configuration: a name or path, and which part of the file is the arm, if that was said."""
+    words = {"model": model, **chain}
+    if not chain:
+        return f"robot = {_word(model)}"
+    return "robot = { " + ", ".join(f"{key} = {_word(value)}" for key, value in words.items()) + " }"
+
+
+def _word(value: Any) -> str:
+    """A string, number, list or truth value as TOML, which here is JSON."""
+    return json.dumps(value, ensure_ascii=False)
+
+
+def toml(calibration: Calibration, robot: str, preset: str, chain: Mapping[str, Any]) -> str:
+    """The installation's file; `robot`, `chain` and `preset` as the command was given them."""
     settings = calibration.configuration.settings
     names = ", ".join(motion.name for motion in calibration.motions)
     lines = [
@@ -27,7 +42,7 @@ def toml(calibration: Calibration, robot: str, preset: str) -> str:
         f"{calibration.promised_per_hour:.3g} at 95 %.",
         *(f"# Not covered: {sentence}" for sentence in calibration.coverage["missing"]),
         "",
-        f'robot = "{robot}"',
+        robot_key(robot, chain),
         f'preset = "{preset}"',
         "",
         "[wire]",

@@ -4,7 +4,7 @@ import argparse
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import can
 
@@ -12,6 +12,8 @@ from tauperp.bus import SOCKETCAN, add_bus_arguments, open_bus
 from tauperp.config import Configuration, load_configuration, preset_names
 from tauperp.errors import InputError
 from tauperp.files import write_atomically
+from tauperp.robot.load import shipped
+from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 
 if TYPE_CHECKING:
     from tauperp.calibrate.sources import Motion
@@ -26,7 +28,7 @@ LARGEST_SHARE, SMALLEST_SHARE = 0.9, 0.1
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="*", metavar="RECORDING", help="tables or bus logs without touches")
     parser.add_argument("--config", metavar="FILE", help="TOML file or preset to calibrate (default: default)")
-    parser.add_argument("--robot", metavar="NAME", help="shipped robot, URDF or MJCF, instead of the configuration's")
+    add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--map", metavar="FILE", help="TOML file of the tables' columns, units and signs")
     parser.add_argument("--offsets", metavar="FILE", help="recording of the arm at rest, unloaded: gives the offsets")
     parser.add_argument(
@@ -55,7 +57,8 @@ def run(args: argparse.Namespace) -> int:
     if not SMALLEST_SHARE <= args.held_out <= LARGEST_SHARE:
         raise InputError(f"--held-out: {args.held_out:g} is not in {SMALLEST_SHARE} to {LARGEST_SHARE}")
     source = args.config or "default"
-    configuration = load_configuration(source, robot=args.robot)
+    configuration = load_configuration(source, robot=args.robot, chain=chain_of(args))
+    say_warnings(configuration.robot)
     joints = configuration.robot.n
     names = [joint.name for joint in configuration.robot.joints]
     with shown_progress("calibrate") as progress:
@@ -74,16 +77,14 @@ def run(args: argparse.Namespace) -> int:
         )
     out = Path(args.out)
     target = Path(args.output) if args.output else out / "calibration.toml"
-    model = args.robot or _model_of(configuration)
-    if Path(model).is_file():
-        model = str(Path(model).resolve())
+    model, chain = _robot_of(configuration, args)
     preset = source if source in preset_names() else configuration.settings.preset
     png = calibration_figure(result)
     content = output.report(result)
     write_atomically(out / "calibration.json", json.dumps(content, indent=2) + "\n")
     write_atomically(out / "calibration.png", png)
     write_atomically(out / "calibration.html", output.html(result, png))
-    write_atomically(target, output.toml(result, model, preset))
+    write_atomically(target, output.toml(result, model, preset, chain))
     if args.json:
         print(json.dumps(content, indent=2))
     else:
@@ -92,9 +93,14 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _model_of(configuration: Configuration) -> str:
-    choice = configuration.settings.robot
-    return configuration.robot.name if choice is None else choice.model
+def _robot_of(configuration: Configuration, args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    """The robot that was calibrated, by its shipped name or whole path, and which part of the file is the arm."""
+    choice, file = configuration.settings.robot, configuration.robot.source
+    model = args.robot or (configuration.robot.name if choice is None else choice.model)
+    if model not in shipped() and file is not None:
+        model = str(file.path.resolve())
+    own = {} if args.robot or choice is None else choice.model_dump(exclude={"model"}, exclude_defaults=True)
+    return model, {**own, **chain_of(args)}
 
 
 def _listen(args: argparse.Namespace, joints: int, report: Callable[[float], None]) -> "Motion":
