@@ -33,10 +33,23 @@ static void filter(acceleration_t *self, num_t decay, num_t gain, num_t momentum
                                .z = passed(decay, self->commanded.z, gain, commanded.z, sat)};
 }
 
+static num_t share_of(num_t part, num_t whole, uint32_t *saturations) {
+    return num_max(num_min(num_div(part, whole, saturations), NUM(1)), NUM(0));
+}
+
+static num_t trust_of(const acceleration_config_t *config, num_t force, num_t error, uint32_t *saturations) {
+    const num_t large =
+        share_of(num_subtract(force, config->force_floor_n, saturations), config->force_floor_n, saturations);
+    const num_t close =
+        share_of(num_subtract(config->error_max, error, saturations), config->error_max / 4, saturations);
+    return num_min(large, close);
+}
+
 void acceleration_step(acceleration_t *self, const acceleration_config_t *config, const observer_config_t *gains,
                        const observer_t *observer, const robot_t *robot, const motion_t *motion, const num_t velocity[],
                        vec3_t commanded, num_t mass_max_kg) {
     uint32_t *const sat = &self->saturations;
+    uint32_t held = 0; /* a force at the end of its range is large enough */
     const uint32_t joints = robot->joint_count;
     const vec3_t tip = {.x = along_row(motion, 0, joints, velocity, sat),
                         .y = along_row(motion, 1, joints, velocity, sat),
@@ -56,6 +69,7 @@ void acceleration_step(acceleration_t *self, const acceleration_config_t *config
     const bool matters = num_wide(mass_max_kg, size) >= num_widen(config->force_floor_n);
     const bool agrees = error <= config->error_max;
     const bool used = matters && agrees;
+    self->trust = used ? trust_of(config, num_narrow(num_wide(mass_max_kg, size), &held), error, &held) : NUM(0);
     self->size = agrees ? vec3_length(commanded) : NUM(0);
     self->across = used ? size : NUM(0);
     self->token = token_next(observer->token, TOKEN_ACCELERATION, 0u);

@@ -29,8 +29,8 @@ static void channel_step(channel_t *self, const channel_config_t *config, uint32
     }
 }
 
-void bank_step(bank_t *self, const bank_config_t *config, uint32_t joints, uint32_t gap, const num_t input[],
-               uint32_t token) {
+void bank_step(bank_t *self, const bank_config_t *config, uint32_t joints, uint32_t gap, const num_t unexplained[],
+               const num_t sudden[], uint32_t token) {
     if ((gap < 1u) || (gap > OBSERVER_MAX_GAP)) {
         const uint32_t saturations = self->saturations;
         bank_init(self);
@@ -39,7 +39,9 @@ void bank_step(bank_t *self, const bank_config_t *config, uint32_t joints, uint3
         return;
     }
     for (uint32_t c = 0; (c < config->channels) && (c < BANK_MAX_CHANNELS); ++c) {
-        channel_step(&self->channel[c], &config->channel[c], joints, gap - 1u, input, &self->saturations);
+        const channel_config_t *const channel = &config->channel[c];
+        const num_t *const input = (channel->of == (uint32_t)CHANNEL_SUDDEN) ? sudden : unexplained;
+        channel_step(&self->channel[c], channel, joints, gap - 1u, input, &self->saturations);
     }
     self->token = token_next(token, TOKEN_BANK, 0u);
 }

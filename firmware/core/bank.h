@@ -13,6 +13,8 @@
  * which is (1 - a) y: `in` and `in_back` are divided by (1 - a). Both states have the size of the output, so none of
  * the coefficients is as small as (w T)^2 and fixed point keeps its resolution.
  *
+ * A channel of `sudden` watches for what changes faster than the task says it can. It needs a high-pass.
+ *
  * Nm. Cost: 7 products a joint and channel.
  */
 #ifndef TAUPERP_BANK_H
@@ -22,6 +24,9 @@
 
 #define BANK_MAX_CHANNELS 4u
 
+/* What a channel filters: index.h's `unexplained` or its `sudden`. */
+typedef enum { CHANNEL_UNEXPLAINED = 0, CHANNEL_SUDDEN = 1 } channel_of_t;
+
 typedef struct {
     num_t own[OBSERVER_MAX_GAP];
     num_t cross[OBSERVER_MAX_GAP];
@@ -30,6 +35,7 @@ typedef struct {
     num_t in[OBSERVER_MAX_GAP];
     num_t in_back[OBSERVER_MAX_GAP];
     num_t high_pass[OBSERVER_MAX_GAP]; /* 0: none */
+    uint32_t of;                       /* channel_of_t */
 } channel_config_t;
 
 typedef struct {
@@ -54,7 +60,7 @@ void bank_init(bank_t *self);
 
 /* gap: cycles that this step bridges. 0, or more than OBSERVER_MAX_GAP: the observer has started again, and so do all
  * channels, at zero. `token` is that of the stage before. */
-void bank_step(bank_t *self, const bank_config_t *config, uint32_t joints, uint32_t gap, const num_t input[],
-               uint32_t token);
+void bank_step(bank_t *self, const bank_config_t *config, uint32_t joints, uint32_t gap, const num_t unexplained[],
+               const num_t sudden[], uint32_t token);
 
 #endif

@@ -45,7 +45,7 @@ static void sweep(explained_t *self, const index_t *index, num_t soft, uint32_t 
 static void track(explained_t *self, const subspace_config_t *config, const observer_t *observer,
                   const index_config_t *task, const index_t *index) {
     uint32_t held = 0; /* a coefficient at the end of its range is beyond every limit: no reason to distrust the rest */
-    const bool same = (self->task.kind == task->kind) && (self->task.components == task->components);
+    const bool same = self->task == task;
     const bool filtered = config->order == (uint32_t)ORDER_FILTER_FIRST;
     const num_t decay = (same && !filtered) ? observer->decay : NUM(0);
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
@@ -55,7 +55,7 @@ static void track(explained_t *self, const subspace_config_t *config, const obse
         self->coefficient[c] = (same && (c < index->columns)) ? self->coefficient[c] : NUM(0);
     }
     sweep(self, index, num_mul(config->softness, config->softness, &held), &held);
-    self->task = *task;
+    self->task = task;
 }
 
 /* --- the limits --------------------------------------------------------------------------------------------------- */
@@ -93,43 +93,60 @@ static num_t force_limit(const explained_config_t *limits, num_t acceleration) {
     return num_min(num_add(force, limits->force_slack_n, &beyond), NUM(EXPLAINED_FORCE_LIMIT));
 }
 
-static void look_at_payload(explained_t *self, const explained_config_t *limits, num_t lever, const robot_t *robot,
-                            const acceleration_t *acceleration) {
+static void look_at_payload(explained_t *self, const explained_config_t *limits, const subspace_config_t *config,
+                            const robot_t *robot, const acceleration_t *acceleration) {
     uint32_t *const sat = &self->saturations;
     const num_t weight_max = force_limit(limits, num_add(vec3_length(robot->gravity), acceleration->size, sat));
     const num_t weight = -self->coefficient[INDEX_FORCE_COLUMN];
-    const num_t sideways = num_abs(self->coefficient[INDEX_FORCE_COLUMN + 1u]);
+    const bool soft = config->projector == (uint32_t)PROJECTOR_SOFT; /* then the column is `trust` times u_a */
+    const num_t along = num_abs(self->coefficient[INDEX_FORCE_COLUMN + 1u]);
+    const num_t sideways = soft ? num_mul(acceleration->trust, held(along), sat) : along;
     const num_t sideways_max = force_limit(limits, acceleration->across);
     const num_t load_max = weight_max - limits->force_slack_n;
     const num_t moment_max = num_min(num_add(num_mul(limits->arm_max_m, load_max, sat), limits->moment_slack_nm, sat),
-                                     num_mul(NUM(EXPLAINED_FORCE_LIMIT), lever, sat));
-    const num_t moment = num_mul(length(self->coefficient, INDEX_FORCE_COLUMN), lever, sat);
+                                     num_mul(NUM(EXPLAINED_FORCE_LIMIT), config->lever_m, sat));
+    const num_t moment = num_mul(length(self->coefficient, INDEX_FORCE_COLUMN), config->lever_m, sat);
     hold(self, EXPLAINED_FORCE, weight, weight_max);
     hold(self, EXPLAINED_FORCE, -weight, limits->force_slack_n);
     hold(self, EXPLAINED_FORCE, sideways, sideways_max);
     hold(self, EXPLAINED_MOMENT, moment, moment_max);
 }
 
-static void look_at_contact(explained_t *self, const explained_config_t *limits, num_t lever, uint32_t components) {
+static void look_at_contact(explained_t *self, const explained_config_t *limits, num_t lever,
+                            const index_config_t *task) {
     num_t force[3];
     num_t moment[3];
+    uint32_t component[INDEX_COMPONENTS];
     uint32_t forces = 0;
     uint32_t moments = 0;
-    uint32_t column = 0;
-    for (uint32_t component = 0; component < INDEX_COMPONENTS; ++component) {
-        if ((components & (1u << component)) != 0u) {
-            if (component < 3u) {
-                force[forces] = self->coefficient[column];
-                ++forces;
-            } else {
-                moment[moments] = self->coefficient[column];
-                ++moments;
-            }
-            ++column;
+    const uint32_t count = index_order(task, component);
+    for (uint32_t c = 0; c < count; ++c) {
+        if (component[c] < 3u) {
+            force[forces] = self->coefficient[c];
+            ++forces;
+        } else {
+            moment[moments] = self->coefficient[c];
+            ++moments;
         }
     }
     hold(self, EXPLAINED_FORCE, length(force, forces), limits->force_max_n);
     hold(self, EXPLAINED_MOMENT, num_mul(length(moment, moments), lever, &self->saturations), limits->moment_max_nm);
+}
+
+/* As forces and moments at rest; the inertia as a moment at 10 rad/s^2. */
+static void look_at_regressor(explained_t *self, const explained_config_t *limits) {
+    uint32_t *const sat = &self->saturations;
+    const num_t *const w = self->coefficient;
+    const num_t g = NUM(9.81);
+    const num_t weight = num_mul(held(w[0]), NUM(REGRESSOR_MASS_KG * 9.81), &(uint32_t){0});
+    const num_t weight_max = num_mul(limits->mass_max_kg, g, sat);
+    const num_t moment = num_mul(length(&w[1], 3u), NUM(REGRESSOR_MOMENT * 9.81), &(uint32_t){0});
+    const num_t moment_max = num_add(num_mul(limits->arm_max_m, weight_max, sat), limits->moment_slack_nm, sat);
+    const num_t inertia = num_mul(held(num_abs(w[4])), NUM(REGRESSOR_INERTIA * 10.0), sat);
+    hold(self, EXPLAINED_FORCE, weight, num_add(weight_max, limits->force_slack_n, sat));
+    hold(self, EXPLAINED_FORCE, -weight, limits->force_slack_n);
+    hold(self, EXPLAINED_MOMENT, moment, moment_max);
+    hold(self, EXPLAINED_MOMENT, inertia, moment_max);
 }
 
 static void look_at_residual(explained_t *self, const explained_config_t *limits, uint32_t joints,
@@ -151,9 +168,11 @@ void explained_step(explained_t *self, const explained_config_t *limits, const s
     self->excess = EXPLAINED_NOTHING;
     self->joint = 0;
     if (task->kind == (uint32_t)INDEX_PAYLOAD) {
-        look_at_payload(self, limits, config->lever_m, robot, acceleration);
+        look_at_payload(self, limits, config, robot, acceleration);
+    } else if (task->kind == (uint32_t)INDEX_REGRESSOR) {
+        look_at_regressor(self, limits);
     } else if (task->kind == (uint32_t)INDEX_CONTACT) {
-        look_at_contact(self, limits, config->lever_m, task->components);
+        look_at_contact(self, limits, config->lever_m, task);
     } else {
         /* nothing is explained */
     }

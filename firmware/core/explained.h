@@ -5,6 +5,7 @@
  *     payload   weight     -slack to mass_max (g + a_g) + slack, along gravity, in N
  *               sideways   up to mass_max |a| + slack, along the commanded acceleration, in N
  *               moment     up to mass_max (g + |a|) arm_max + moment_slack, in Nm
+ *     regressor the same of mass and first moment, at rest
  *     contact   |F| up to force_max, |M| up to moment_max
  * and in every task |r| of each joint up to residual_max.
  *
@@ -43,11 +44,11 @@ typedef struct {
     excess_t excess;                         /* of the last step, whatever the debounce */
     num_t value;                             /* what exceeds its limit, in N or Nm */
     num_t limit;
-    uint32_t joint;      /* EXPLAINED_RESIDUAL: 0 to n-1 */
-    uint32_t above;      /* consecutive ticks beyond a limit */
-    bool tripped;        /* by the last step */
-    index_config_t task; /* of the last step: another task has other coefficients */
-    uint32_t token;      /* token.h */
+    uint32_t joint;             /* EXPLAINED_RESIDUAL: 0 to n-1 */
+    uint32_t above;             /* consecutive ticks beyond a limit */
+    bool tripped;               /* by the last step */
+    const index_config_t *task; /* of the last step: another task has other coefficients */
+    uint32_t token;             /* token.h */
     uint32_t saturations;
 } explained_t;
 

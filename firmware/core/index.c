@@ -9,14 +9,14 @@ void index_init(index_t *self) {
     *self = (index_t){0};
 }
 
-/* column <- Jv^T force, zero behind the last joint as the Jacobian is. */
-static __attribute__((noinline)) void force_column(const motion_t *motion, vec3_t force, num_t column[],
-                                                   uint32_t *saturations) {
+/* column <- the three rows of the Jacobian's half from `first` on, times v; zero behind the last joint as they are. */
+static __attribute__((noinline)) void vector_column(const motion_t *motion, uint32_t first, vec3_t v, num_t column[],
+                                                    uint32_t *saturations) {
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
-        column[i] = num_narrow(num_wide(motion->jacobian[LINEAR][i], force.x) +
-                                   num_wide(motion->jacobian[LINEAR + 1][i], force.y) +
-                                   num_wide(motion->jacobian[LINEAR + 2][i], force.z),
-                               saturations);
+        column[i] =
+            num_narrow(num_wide(motion->jacobian[first][i], v.x) + num_wide(motion->jacobian[first + 1u][i], v.y) +
+                           num_wide(motion->jacobian[first + 2u][i], v.z),
+                       saturations);
     }
 }
 
@@ -35,41 +35,145 @@ static uint32_t payload_columns(index_t *self, num_t lever, const robot_t *robot
     for (uint32_t axis = 0; axis < 3u; ++axis) {
         row_column(motion->jacobian[ANGULAR + axis], lever, self->column[axis], sat);
     }
-    force_column(motion, vec3_unit(robot->gravity, sat), self->column[INDEX_FORCE_COLUMN], sat);
-    force_column(motion, sideways, self->column[INDEX_FORCE_COLUMN + 1u], sat);
+    vector_column(motion, LINEAR, vec3_unit(robot->gravity, sat), self->column[INDEX_FORCE_COLUMN], sat);
+    vector_column(motion, LINEAR, sideways, self->column[INDEX_FORCE_COLUMN + 1u], sat);
     return INDEX_FORCE_COLUMN + 2u;
 }
 
-/* Each chosen row of the Jacobian, force and moment of one axis beside each other. */
-static uint32_t contact_columns(index_t *self, num_t lever, uint32_t components, const motion_t *motion) {
+uint32_t index_order(const index_config_t *task, uint32_t component[INDEX_COMPONENTS]) {
+    const uint32_t part[2] = {task->components & task->fast, task->components & ~task->fast};
     uint32_t count = 0;
-    for (uint32_t component = 0; component < INDEX_COMPONENTS; ++component) {
-        if ((components & (1u << component)) != 0u) {
-            row_column(motion->jacobian[component], (component < (uint32_t)ANGULAR) ? NUM(1) : lever,
-                       self->column[count], &self->saturations);
-            ++count;
+    for (uint32_t p = 0; p < 2u; ++p) {
+        for (uint32_t c = 0; c < INDEX_COMPONENTS; ++c) {
+            if ((part[p] & (1u << c)) != 0u) {
+                component[count] = c;
+                ++count;
+            }
         }
     }
     return count;
 }
 
+static vec3_t vec3_of(const num_t v[3]) {
+    return (vec3_t){.x = v[0], .y = v[1], .z = v[2]};
+}
+
+static vec3_t into_base(const motion_t *motion, vec3_t v, uint32_t *saturations) {
+    return (vec3_t){.x = vec3_dot(motion->tool_x, v, saturations),
+                    .y = vec3_dot(motion->tool_y, v, saturations),
+                    .z = vec3_dot(motion->tool_z, v, saturations)};
+}
+
+/* A force along `axis` at `arm` from the end-effector point is that force there and the moment arm x axis. */
+static void component_column(const motion_t *motion, bool is_force, vec3_t axis, vec3_t arm, num_t lever,
+                             num_t column[], uint32_t *saturations) {
+    if (is_force) {
+        num_t moment[ROBOT_MAX_JOINTS];
+        vector_column(motion, LINEAR, axis, column, saturations);
+        vector_column(motion, ANGULAR, vec3_cross(arm, axis, saturations), moment, saturations);
+        for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+            column[i] = num_add(column[i], moment[i], saturations);
+        }
+    } else {
+        const vec3_t scaled = {.x = num_mul(lever, axis.x, saturations),
+                               .y = num_mul(lever, axis.y, saturations),
+                               .z = num_mul(lever, axis.z, saturations)};
+        vector_column(motion, ANGULAR, scaled, column, saturations);
+    }
+}
+
+static uint32_t contact_columns(index_t *self, num_t lever, const index_config_t *task, const motion_t *motion) {
+    uint32_t *const sat = &self->saturations;
+    uint32_t component[INDEX_COMPONENTS];
+    const uint32_t count = index_order(task, component);
+    const vec3_t arm = into_base(motion, vec3_of(task->point), sat);
+    for (uint32_t c = 0; c < count; ++c) {
+        const uint32_t number = component[c];
+        const bool is_force = number < (uint32_t)ANGULAR;
+        if (task->frame == (uint32_t)FRAME_TIP) {
+            row_column(motion->jacobian[number], is_force ? NUM(1) : lever, self->column[c], sat);
+        } else {
+            const vec3_t own = vec3_of(task->axis[number % 3u]);
+            const vec3_t axis = (task->frame == (uint32_t)FRAME_TOOL) ? into_base(motion, own, sat) : own;
+            component_column(motion, is_force, axis, arm, lever, self->column[c], sat);
+        }
+    }
+    return count;
+}
+
+static uint32_t count_of(uint32_t bits) {
+    uint32_t count = 0;
+    for (uint32_t c = 0; c < INDEX_COMPONENTS; ++c) {
+        count += (bits >> c) & 1u;
+    }
+    return count;
+}
+
+static void project_hard(index_t *self, num_t tolerance, uint32_t joints, const num_t torque[]) {
+    subspace_step(&self->subspace, joints, self->columns, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, tolerance);
+    subspace_reject(&self->subspace, torque, self->unexplained);
+    self->smallest = self->subspace.smallest;
+    self->rank = self->subspace.rank;
+    self->converged = self->subspace.converged || (self->columns == 0u);
+}
+
+static void project_soft(index_t *self, num_t s, uint32_t fast, const num_t torque[]) {
+    soft_step(&self->soft, self->columns, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, s);
+    soft_reject(&self->soft, torque, self->unexplained, fast, self->sudden);
+    self->smallest = self->soft.smallest;
+    self->rank = self->soft.columns;
+    self->converged = true;
+}
+
+/* What the regressor has filtered, with the factor that the bank expects. */
+static uint32_t regressor_columns(index_t *self, const observer_t *observer, const regressor_t *regressor,
+                                  num_t torque[]) {
+    for (uint32_t c = 0; c < REGRESSOR_COLUMNS; ++c) {
+        for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+            /* soft.h takes entries below 64; a column beyond is no payload of this arm */
+            self->column[c][i] = num_min(num_max(regressor->column[c][i], -NUM(60)), NUM(60));
+        }
+    }
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+        torque[i] = num_mul(observer->gain, regressor->torque[i], &self->saturations);
+    }
+    return REGRESSOR_COLUMNS;
+}
+
 void index_step(index_t *self, const subspace_config_t *config, const index_config_t *task, const robot_t *robot,
-                const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration) {
+                const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration,
+                const regressor_t *regressor) {
     const bool project_first = config->order == (uint32_t)ORDER_PROJECT_FIRST;
-    const num_t *const torque = project_first ? observer->update : observer->residual;
-    self->token = token_next(acceleration->token, TOKEN_INDEX, 0u);
+    const bool soft = config->projector == (uint32_t)PROJECTOR_SOFT;
+    const num_t *torque = project_first ? observer->update : observer->residual;
+    num_t filtered[ROBOT_MAX_JOINTS];
+    num_t tolerance = config->tolerance;
+    self->token = token_next(regressor->token, TOKEN_INDEX, 0u);
     self->kind = task->kind;
     self->columns = 0;
     if (task->kind == (uint32_t)INDEX_PAYLOAD) {
-        self->columns = payload_columns(self, config->lever_m, robot, motion, acceleration->sideways);
+        const num_t trust = soft ? acceleration->trust : NUM(1);
+        const vec3_t sideways = {.x = num_mul(trust, acceleration->sideways.x, &self->saturations),
+                                 .y = num_mul(trust, acceleration->sideways.y, &self->saturations),
+                                 .z = num_mul(trust, acceleration->sideways.z, &self->saturations)};
+        self->columns = payload_columns(self, config->lever_m, robot, motion, sideways);
     } else if (task->kind == (uint32_t)INDEX_CONTACT) {
-        self->columns = contact_columns(self, config->lever_m, task->components, motion);
+        self->columns = contact_columns(self, config->lever_m, task, motion);
+    } else if (task->kind == (uint32_t)INDEX_REGRESSOR) {
+        self->columns = regressor_columns(self, observer, regressor, filtered);
+        torque = filtered;
+        tolerance = tolerance * REGRESSOR_TOLERANCE;
     } else {
         /* nothing is explained */
     }
-    subspace_step(&self->subspace, robot->joint_count, self->columns, (const num_t(*)[ROBOT_MAX_JOINTS])self->column,
-                  config->tolerance);
-    subspace_reject(&self->subspace, torque, self->unexplained);
+    for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
+        self->sudden[i] = NUM(0);
+    }
+    if (soft) {
+        project_soft(self, tolerance, count_of(task->components & task->fast), torque);
+    } else {
+        project_hard(self, tolerance, robot->joint_count, torque);
+    }
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         self->explained[i] = num_subtract(torque[i], self->unexplained[i], &self->saturations);
     }

@@ -131,6 +131,9 @@ NUM_STEP void forward(motion_t *self, const robot_t *robot, const num_t q[], con
         origins[i] = frame.origin;
         keep_axis(self, i, &frame);
     }
+    self->tool_x = frame.row_x;
+    self->tool_y = frame.row_y;
+    self->tool_z = frame.row_z;
     const vec3_t tip = point_of(&frame, &robot->tip, sat);
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
         const vec3_t axis = {.x = self->jacobian[3][i], .y = self->jacobian[4][i], .z = self->jacobian[5][i]};

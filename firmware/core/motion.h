@@ -22,8 +22,10 @@ typedef struct {
     num_t coriolis[ROBOT_MAX_JOINTS];
     num_t gravity[ROBOT_MAX_JOINTS];
     num_t jacobian[MOTION_TWIST_ROWS][ROBOT_MAX_JOINTS]; /* entries from joint_count on are zero */
-    uint32_t token;                                      /* token.h */
-    uint32_t saturations;                                /* of all steps since motion_init */
+    vec3_t tool_x, tool_y,
+        tool_z;           /* base axes in the last link's frame: v there is (x . v, y . v, z . v) in the base */
+    uint32_t token;       /* token.h */
+    uint32_t saturations; /* of all steps since motion_init */
 } motion_t;
 
 void motion_init(motion_t *self);

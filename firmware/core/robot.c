@@ -26,6 +26,20 @@ static bool vec3_moderate(const vec3_t *v) {
     return moderate(v->x) && moderate(v->y) && moderate(v->z);
 }
 
+static num_t span_of(const vec3_t *v) {
+    return num_abs(v->x) + num_abs(v->y) + num_abs(v->z); /* each below 64 */
+}
+
+/* No point of the arm is 60 m away, so that no entry of the Jacobian is. */
+static bool reach_is_moderate(const robot_t *robot) {
+    uint32_t held = 0;
+    num_t reach = span_of(&robot->tip);
+    for (uint32_t i = 0; i < robot->joint_count; ++i) {
+        reach = num_add(reach, span_of(&robot->joint[i].offset), &held);
+    }
+    return reach < NUM(60);
+}
+
 static bool joint_holds(const robot_joint_t *joint) {
     return vec3_moderate(&joint->offset) && moderate(joint->zero_rad) && moderate(joint->moment_x) &&
            moderate(joint->moment_y) && moderate(joint->inertia_xx) && moderate(joint->inertia_xy) &&
@@ -47,5 +61,5 @@ bool robot_holds(const robot_t *robot) {
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
         holds = holds && joint_holds(&robot->joint[i]);
     }
-    return holds;
+    return holds && reach_is_moderate(robot);
 }

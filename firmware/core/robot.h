@@ -60,8 +60,8 @@ typedef struct {
 } robot_t;
 
 /* True if the table can be walked: 1 to ROBOT_JOINTS joints, twists and base of unit length, ranges ordered, lengths,
- * moments and inertias below 64, and zero behind the last joint. It does not repeat the generator's comparison with
- * Pinocchio. Cost: one pass over the table. */
+ * moments and inertias below 64, a reach below 60 m, and zero behind the last joint. It does not repeat the generator's
+ * comparison with Pinocchio. Cost: one pass over the table. */
 bool robot_holds(const robot_t *robot);
 
 #endif

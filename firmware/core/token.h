@@ -16,7 +16,8 @@ typedef enum {
     TOKEN_INDEX = 4,
     TOKEN_EXPLAINED = 5,
     TOKEN_BANK = 6,
-    TOKEN_DETECTOR = 7
+    TOKEN_DETECTOR = 7,
+    TOKEN_REGRESSOR = 8
 } token_stage_t;
 
 /* From the token of the stage before, and the bits of this stage's own input. Never zero: bit 0 is set. */

@@ -14,17 +14,19 @@
 #include "explained.h"
 #include "index.h"
 #include "observer.h"
+#include "regressor.h"
 #include "robot.h"
 #include "sensor.h"
 
 #define CONFIG_MAGIC   0x50524554u /* "TERP" */
-#define CONFIG_SCHEMA  2u
+#define CONFIG_SCHEMA  3u
 #define CONFIG_MAX_GAP OBSERVER_MAX_GAP /* cycles that one observer step may bridge */
 
 typedef enum { FORMAT_CLASSIC = 1, FORMAT_FD = 2 } wire_format_t;
 typedef enum { NUMERIC_FLOAT32 = 1, NUMERIC_Q9_22 = 2 } numeric_t;
 
-enum { TASK_INVALID = 0, TASK_NONE = 1, TASK_PAYLOAD = 2, TASK_CONTACT = 3, TASK_COUNT = 4 };
+/* By convention the first three; an installation may give any row to any number. */
+enum { TASK_INVALID = 0, TASK_NONE = 1, TASK_PAYLOAD = 2, TASK_CONTACT = 3, TASK_COUNT = 7 };
 
 /* One task: what it explains, how much of it, and from where on the rest is a collision. */
 typedef struct {
@@ -58,6 +60,7 @@ typedef struct {
     bank_config_t bank;
     subspace_config_t subspace;
     acceleration_config_t acceleration;
+    regressor_config_t regressor;
     sensor_config_t sensor;
     task_config_t task[TASK_COUNT]; /* by task number; [TASK_INVALID] stays INDEX_OFF */
     robot_t robot;
@@ -76,7 +79,7 @@ typedef enum {
     GUARD_BAD_ROBOT = 8,   /* robot_holds() is false */
     GUARD_BAD_TIMING = 9,  /* a period, deadline, budget or time outside its bounds (config_bounds.h) */
     GUARD_BAD_TASK = 10,   /* an unknown index, a threshold or debounce outside its bounds, no task configured */
-    GUARD_CONTACT_NEEDS_7_JOINTS = 11, /* d_e of 6 joints or fewer is zero for every force: it would see nothing */
+    GUARD_CONTACT_NEEDS_JOINTS = 11,   /* a contact of k components leaves an arm of k joints or fewer nothing to see */
     GUARD_PAYLOAD_NEEDS_6_JOINTS = 12, /* d_p of 5 joints or fewer likewise */
     GUARD_BAD_OBSERVER = 13,           /* too slow, or constants that do not belong to each other and the period */
     GUARD_BAD_SUBSPACE = 14,           /* a tolerance, lever or softness outside its bounds, an unknown order */

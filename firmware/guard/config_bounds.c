@@ -97,10 +97,11 @@ typedef struct {
 } response_t;
 
 /* A bank with one channel and one joint, by the code that the guard runs. */
-static response_t step_response(const guard_config_t *config, uint32_t channel, bool project_first) {
+static response_t step_response(const guard_config_t *config, const channel_config_t *channel, bool project_first) {
     bank_config_t one = {.channels = 1u};
     bank_t bank;
-    one.channel[0] = config->bank.channel[channel];
+    one.channel[0] = *channel;
+    one.channel[0].of = (uint32_t)CHANNEL_UNEXPLAINED;
     bank_init(&bank);
     response_t response = {.rise = UINT32_MAX};
     num_t filtered = NUM(0);
@@ -110,7 +111,7 @@ static response_t step_response(const guard_config_t *config, uint32_t channel, 
         filtered =
             num_add(num_mul(config->observer.decay[0], filtered, &saturations), config->observer.gain[0], &saturations);
         const num_t input = project_first ? config->observer.gain[0] : filtered;
-        bank_step(&bank, &one, 1u, 1u, &input, 0u);
+        bank_step(&bank, &one, 1u, 1u, &input, &input, 0u);
         const num_t output = bank.channel[0].output[0];
         if ((response.rise == UINT32_MAX) && (output >= NUM(0.5))) {
             response.rise = i + 1u;
@@ -133,14 +134,16 @@ static bool constants_are_bounded(const channel_config_t *channel) {
 }
 
 /* A channel neither amplifies a step much nor forgets it at once; without a high-pass it ends at the step's size. */
-static bool channel_is_valid(const guard_config_t *config, uint32_t channel, bool project_first) {
-    const channel_config_t *const constants = &config->bank.channel[channel];
+static bool channel_is_valid(const guard_config_t *config, const channel_config_t *constants, bool project_first) {
     if (!constants_are_bounded(constants)) {
         return false;
     }
-    const response_t response = step_response(config, channel, project_first);
+    const response_t response = step_response(config, constants, project_first);
     const bool is_static = constants->high_pass[0] == NUM(0);
-    return (response.rise != UINT32_MAX) && (response.peak <= NUM(1.3)) &&
+    /* A channel of `sudden` without a high-pass would take an intended moment that stays for a collision. */
+    const bool of =
+        (constants->of == (uint32_t)CHANNEL_UNEXPLAINED) || ((constants->of == (uint32_t)CHANNEL_SUDDEN) && !is_static);
+    return of && (response.rise != UINT32_MAX) && (response.peak <= NUM(1.3)) &&
            (!is_static || is_near(response.end, NUM(1), NUM(0.03)));
 }
 
@@ -148,10 +151,26 @@ static bool orders_by_projection(const guard_config_t *config) {
     return config->subspace.order == (uint32_t)ORDER_PROJECT_FIRST;
 }
 
+/* Used or all zero; a plain low-pass, in front of a soft projection. */
+static bool regressor_is_valid(const guard_config_t *config) {
+    const regressor_config_t *const regressor = &config->regressor;
+    bool asked = false;
+    for (uint32_t t = TASK_NONE; t < (uint32_t)TASK_COUNT; ++t) {
+        asked = asked || (config->task[t].index.kind == (uint32_t)INDEX_REGRESSOR);
+    }
+    if (regressor->used == 0u) {
+        return !asked;
+    }
+    const channel_config_t *const filter = &regressor->low_pass;
+    return (regressor->used == 1u) && asked && orders_by_projection(config) &&
+           (config->subspace.projector == (uint32_t)PROJECTOR_SOFT) && (filter->high_pass[0] == NUM(0)) &&
+           (filter->of == (uint32_t)CHANNEL_UNEXPLAINED) && channel_is_valid(config, filter, true);
+}
+
 static bool bank_is_valid(const guard_config_t *config) {
     bool valid = lies_within(config->bank.channels, 1u, BANK_MAX_CHANNELS);
     for (uint32_t c = 0; valid && (c < config->bank.channels); ++c) {
-        valid = channel_is_valid(config, c, orders_by_projection(config));
+        valid = channel_is_valid(config, &config->bank.channel[c], orders_by_projection(config));
     }
     return valid;
 }
@@ -162,8 +181,9 @@ uint32_t config_reaction_us(const guard_config_t *config) {
         const task_config_t *const task = &config->task[t];
         uint32_t rise = UINT32_MAX;
         for (uint32_t c = 0; c < config->bank.channels; ++c) {
-            if ((task->detector.channels & (1u << c)) != 0u) {
-                const uint32_t own = step_response(config, c, orders_by_projection(config)).rise;
+            const bool unexplained = config->bank.channel[c].of == (uint32_t)CHANNEL_UNEXPLAINED;
+            if (unexplained && ((task->detector.channels & (1u << c)) != 0u)) {
+                const uint32_t own = step_response(config, &config->bank.channel[c], orders_by_projection(config)).rise;
                 rise = (own < rise) ? own : rise;
             }
         }
@@ -171,7 +191,9 @@ uint32_t config_reaction_us(const guard_config_t *config) {
             if (rise == UINT32_MAX) {
                 return UINT32_MAX;
             }
-            const uint32_t cycles = rise + task->detector.debounce_ticks;
+            const bool prefiltered = task->index.kind == (uint32_t)INDEX_REGRESSOR;
+            const uint32_t before = prefiltered ? step_response(config, &config->regressor.low_pass, true).rise : 0u;
+            const uint32_t cycles = rise + before + task->detector.debounce_ticks;
             slowest = (cycles > slowest) ? cycles : slowest;
         }
     }
@@ -193,7 +215,10 @@ static bool is_zero_up_to(num_t value, num_t most) {
 static bool subspace_is_valid(const subspace_config_t *subspace) {
     const bool order =
         (subspace->order == (uint32_t)ORDER_FILTER_FIRST) || (subspace->order == (uint32_t)ORDER_PROJECT_FIRST);
-    return order && is_up_to(subspace->tolerance, NUM(0.1)) && is_up_to(subspace->lever_m, NUM(1)) &&
+    const bool projector =
+        (subspace->projector == (uint32_t)PROJECTOR_HARD) ||
+        ((subspace->projector == (uint32_t)PROJECTOR_SOFT) && (subspace->tolerance >= NUM(SOFT_MIN)));
+    return order && projector && is_up_to(subspace->tolerance, NUM(0.1)) && is_up_to(subspace->lever_m, NUM(1)) &&
            is_up_to(subspace->softness, NUM(0.2)) && (subspace->softness >= subspace->tolerance);
 }
 
@@ -210,7 +235,7 @@ static bool limits_are_valid(const guard_config_t *config, const task_config_t *
         const num_t torque_max = config->robot.joint[i].torque_max_nm;
         valid = valid && is_up_to(limits->residual_max_nm[i] / (int32_t)CONFIG_RESIDUAL_SHARE, torque_max);
     }
-    if (task->index.kind == (uint32_t)INDEX_PAYLOAD) {
+    if ((task->index.kind == (uint32_t)INDEX_PAYLOAD) || (task->index.kind == (uint32_t)INDEX_REGRESSOR)) {
         valid = valid && is_up_to(limits->mass_max_kg, NUM(CONFIG_MASS_MAX_KG)) &&
                 is_zero_up_to(limits->arm_max_m, NUM(CONFIG_ARM_MAX_M)) &&
                 is_up_to(limits->force_slack_n, NUM(CONFIG_FORCE_SLACK_MAX_N)) &&
@@ -254,17 +279,65 @@ static bool detector_is_valid(const guard_config_t *config, const detector_confi
 static bool sees_static_force(const guard_config_t *config, const detector_config_t *detector) {
     bool sees = false;
     for (uint32_t c = 0; c < config->bank.channels; ++c) {
+        const channel_config_t *const channel = &config->bank.channel[c];
         const bool watched = (detector->channels & (1u << c)) != 0u;
-        sees = sees || (watched && (config->bank.channel[c].high_pass[0] == NUM(0)));
+        sees = sees || (watched && (channel->of == (uint32_t)CHANNEL_UNEXPLAINED) && (channel->high_pass[0] == NUM(0)));
     }
     return sees;
 }
 
-static bool index_is_valid(const index_config_t *index) {
-    if (index->kind == (uint32_t)INDEX_CONTACT) {
-        return (index->components != 0u) && ((index->components & ~INDEX_ALL_COMPONENTS) == 0u);
+/* Axes of unit length at right angles, so that a coefficient is a force in N. */
+static bool axes_are_valid(const index_config_t *index) {
+    bool valid = true;
+    for (uint32_t a = 0; a < 3u; ++a) {
+        valid = valid && is_zero_up_to(num_abs(index->point[a]), NUM(CONFIG_POINT_MAX_M));
+        for (uint32_t b = 0; b < 3u; ++b) {
+            valid = valid && is_zero_up_to(num_abs(index->axis[a][b]), NUM(1.0001));
+        }
     }
-    return (index->kind <= (uint32_t)INDEX_CONTACT) && (index->components == 0u);
+    for (uint32_t a = 0; valid && (a < 3u); ++a) {
+        for (uint32_t b = a; b < 3u; ++b) {
+            uint32_t saturations = 0;
+            const num_t inner = num_narrow(num_wide(index->axis[a][0], index->axis[b][0]) +
+                                               num_wide(index->axis[a][1], index->axis[b][1]) +
+                                               num_wide(index->axis[a][2], index->axis[b][2]),
+                                           &saturations);
+            valid = valid && is_near(inner, (a == b) ? NUM(1) : NUM(0), NUM(1e-4));
+        }
+    }
+    return valid;
+}
+
+static bool has_no_axes(const index_config_t *index) {
+    bool none = true;
+    for (uint32_t a = 0; a < 3u; ++a) {
+        none = none && (index->point[a] == NUM(0)) && (index->axis[a][0] == NUM(0)) && (index->axis[a][1] == NUM(0)) &&
+               (index->axis[a][2] == NUM(0));
+    }
+    return none;
+}
+
+static bool index_is_valid(const guard_config_t *config, const index_config_t *index) {
+    if (index->kind != (uint32_t)INDEX_CONTACT) {
+        return (index->kind <= (uint32_t)INDEX_REGRESSOR) && (index->components == 0u) && (index->fast == 0u) &&
+               (index->frame == (uint32_t)FRAME_TIP) && has_no_axes(index);
+    }
+    const bool soft = config->subspace.projector == (uint32_t)PROJECTOR_SOFT;
+    const bool components = (index->components != 0u) && ((index->components & ~INDEX_ALL_COMPONENTS) == 0u) &&
+                            ((index->fast & ~index->components) == 0u) && (soft || (index->fast == 0u));
+    return components &&
+           ((index->frame == (uint32_t)FRAME_TIP) ? has_no_axes(index)
+                                                  : ((index->frame <= (uint32_t)FRAME_TOOL) && axes_are_valid(index)));
+}
+
+/* A task with fast components watches a channel of `sudden`, and only such a task does. */
+static bool sudden_is_watched(const guard_config_t *config, const task_config_t *task) {
+    bool watched = false;
+    for (uint32_t c = 0; c < config->bank.channels; ++c) {
+        const bool sudden = config->bank.channel[c].of == (uint32_t)CHANNEL_SUDDEN;
+        watched = watched || (sudden && ((task->detector.channels & (1u << c)) != 0u));
+    }
+    return watched == (task->index.fast != 0u);
 }
 
 static uint32_t count_bits(uint32_t bits) {
@@ -277,13 +350,16 @@ static uint32_t count_bits(uint32_t bits) {
 
 static guard_status_t check_task(const guard_config_t *config, const task_config_t *task) {
     const uint32_t joints = config->robot.joint_count;
-    if (!index_is_valid(&task->index) || !detector_is_valid(config, &task->detector)) {
+    if (!index_is_valid(config, &task->index) || !detector_is_valid(config, &task->detector) ||
+        !sudden_is_watched(config, task)) {
         return GUARD_BAD_TASK;
     }
     if ((task->index.kind == (uint32_t)INDEX_CONTACT) && (joints <= count_bits(task->index.components))) {
-        return GUARD_CONTACT_NEEDS_7_JOINTS;
+        return GUARD_CONTACT_NEEDS_JOINTS;
     }
-    if ((task->index.kind == (uint32_t)INDEX_PAYLOAD) && (joints < CONFIG_PAYLOAD_MIN_JOINTS)) {
+    const bool payload =
+        (task->index.kind == (uint32_t)INDEX_PAYLOAD) || (task->index.kind == (uint32_t)INDEX_REGRESSOR);
+    if (payload && (joints < CONFIG_PAYLOAD_MIN_JOINTS)) {
         return GUARD_PAYLOAD_NEEDS_6_JOINTS;
     }
     if (!limits_are_valid(config, task)) {
@@ -328,7 +404,7 @@ guard_status_t config_bounds_check(const guard_config_t *config) {
     if (!sensor_is_valid(config)) {
         return GUARD_BAD_SENSOR;
     }
-    if (!bank_is_valid(config)) {
+    if (!bank_is_valid(config) || !regressor_is_valid(config)) {
         return GUARD_BAD_BANK;
     }
     const guard_status_t status = check_tasks(config);

@@ -20,7 +20,6 @@
 #define CONFIG_DWELL_MAX_US        300000u
 #define CONFIG_REACTION_MAX_US     600000u
 
-#define CONFIG_CONTACT_MIN_JOINTS 7u /* d_e of 6 joints or fewer is zero for every force */
 #define CONFIG_PAYLOAD_MIN_JOINTS 6u
 
 #define CONFIG_THRESHOLD_SHARE     3u /* a threshold is at most the joint's torque limit over this */
@@ -32,6 +31,7 @@
 #define CONFIG_MOMENT_SLACK_MAX_NM 20
 #define CONFIG_ERROR_MAX_M_S2      10
 #define CONFIG_FORCE_FLOOR_MAX_N   20
+#define CONFIG_POINT_MAX_M         1 /* of a contact from the end-effector point, each coordinate */
 
 /* The bounds alone, of a block whose identity and CRC are right: GUARD_OK or the first bound that it breaks. */
 guard_status_t config_bounds_check(const guard_config_t *config);

@@ -109,7 +109,9 @@ static event_t contact_event(const guard_t *self) {
     const guard_config_t *const config = self->config;
     event_t event = {.reason = GUARD_REASON_NONE, .category = config->stop_collision};
     if (self->detector.tripped) {
-        event.reason = GUARD_REASON_COLLISION;
+        const uint32_t channel = self->detector.channel[self->detector.joint];
+        const bool sudden = config->bank.channel[channel].of == (uint32_t)CHANNEL_SUDDEN;
+        event.reason = sudden ? GUARD_REASON_SUDDEN : GUARD_REASON_COLLISION;
         event.joint = self->detector.joint + 1u;
         event.value_nm = self->detector.value_nm[self->detector.joint];
         event.threshold_nm = self->detector.threshold_nm[self->detector.joint];
@@ -210,7 +212,7 @@ static event_t worse_event(const guard_t *self, const event_t *input, bool risin
     if (contact.reason != GUARD_REASON_NONE) {
         const uint32_t second = self->config->stop_input;
         contact.category = (contact.category < second) ? contact.category : second;
-        if (rising && (contact.reason == GUARD_REASON_COLLISION)) {
+        if (rising && self->detector.tripped) {
             contact.joint = self->rise.joint + 1u;
             contact.value_nm = self->detector.value_nm[self->rise.joint];
             contact.threshold_nm = self->detector.threshold_nm[self->rise.joint];
@@ -393,8 +395,8 @@ static void tell(const guard_t *self, input_t missing, uint64_t now_us, guard_ou
     out->trip_number = self->trip.number;
     out->cycle = self->inputs.snapshot.cycle;
     out->channel = self->detector.channel[self->detector.joint];
-    out->smallest_singular = self->index.subspace.smallest;
-    out->rank = self->index.subspace.rank;
+    out->smallest_singular = self->index.smallest;
+    out->rank = self->index.rank;
     const bool measured = self->state > (uint32_t)GUARD_STATE_SELF_TEST; /* not the self-test's own push */
     for (uint32_t i = 0; measured && (i < joints); ++i) {
         out->residual[i] = self->observer.residual[i];

@@ -15,6 +15,7 @@
  *
  * These end the permission and latch as STOPPED, with a new trip number:
  *   - the index above its threshold for its debounce: COLLISION; what the task explains beyond its limits: EXPLAINED_*;
+ *     what it explains changing too fast: SUDDEN;
  *   - an input past its deadline; a sensor fault; a value out of range, implausible or frozen; an invalid task;
  *   - a Sync whose cycle number jumps; an observer that had to restart; a sender with too many errors, or two senders
  *     under one id; time that runs at another rate than the cycles;
@@ -38,7 +39,7 @@
  * sends what the tick put out, and reports how long it took by guard_note_tick_time. One guard_t is used by one thread.
  * now_us is any monotonic clock.
  *
- * Cost on a Cortex-M4F: see `make bench`. guard_t below 4 KiB; stack below 1.2 KiB.
+ * Cost on a Cortex-M4F: see `make bench`. guard_t below 6 KiB; stack below 2 KiB.
  */
 #ifndef TAUPERP_GUARD_H
 #define TAUPERP_GUARD_H
@@ -170,6 +171,7 @@ typedef struct {
     motion_t motion;
     observer_t observer;
     acceleration_t acceleration;
+    regressor_t regressor;
     index_t index;
     explained_t explained;
     bank_t bank;

@@ -49,6 +49,21 @@ static bool projection_answers(subspace_t *subspace) {
     return explained && kept;
 }
 
+/* One column of 0.3 with s = 0.1: of a torque of 10 along it 0.1^2 / (0.1^2 + 0.3^2) is left, all of it across. */
+static bool soft_projection_answers(soft_t *soft) {
+    static const num_t column[1][ROBOT_MAX_JOINTS] = {{NUM(0), NUM(0.3)}};
+    const num_t near = NUM(1e-4);
+    const num_t tau[ROBOT_MAX_JOINTS] = {NUM(5), NUM(10)};
+    num_t rest[ROBOT_MAX_JOINTS] = {NUM(0)};
+    soft_init(soft);
+    soft_step(soft, 1u, column, NUM(0.1));
+    soft_reject(soft, tau, rest, 0u, rest);
+    const bool right =
+        is_near(rest[0], NUM(5), near) && is_near(rest[1], NUM(1), near) && is_near(soft->smallest, NUM(0.3), near);
+    soft_init(soft);
+    return right;
+}
+
 /* A pendulum about a horizontal axis: first moment 1 kg m along x, inertia 0.5 kg m^2, gravity 8 m/s^2, tip at 1 m. At
  * 0.5 rad and 2 rad/s: g = 8 cos 0.5, p = 1 Nm s, and the tip's Jacobian is (-sin, 0, cos). */
 static bool motion_answers(motion_t *motion) {
@@ -180,7 +195,8 @@ self_test_t self_test_step(guard_t *self) {
     ++self->self_test_step;
     if (step == 0u) {
         const bool answers = crc32_answers() && e2e_answers() && projection_answers(&self->index.subspace) &&
-                             motion_answers(&self->motion) && limits_answer(self);
+                             soft_projection_answers(&self->index.soft) && motion_answers(&self->motion) &&
+                             limits_answer(self);
         return answers ? SELF_TEST_RUNNING : SELF_TEST_FAILED;
     }
     return chain_step(self, step - 1u);

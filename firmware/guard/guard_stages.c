@@ -7,6 +7,7 @@ static uint32_t expected_token(const snapshot_t *snapshot, uint32_t joints) {
         token_next(token_bits(snapshot->position, joints), TOKEN_MOTION, token_bits(snapshot->velocity, joints));
     token = token_next(token, TOKEN_OBSERVER, token_bits(snapshot->torque, joints));
     token = token_next(token, TOKEN_ACCELERATION, 0u);
+    token = token_next(token, TOKEN_REGRESSOR, 0u);
     token = token_next(token, TOKEN_INDEX, 0u);
     token = token_next(token, TOKEN_EXPLAINED, 0u);
     token = token_next(token, TOKEN_BANK, 0u);
@@ -17,6 +18,7 @@ static void clear_tokens(guard_t *self) {
     self->motion.token = 0;
     self->observer.token = 0;
     self->acceleration.token = 0;
+    self->regressor.token = 0;
     self->index.token = 0;
     self->explained.token = 0;
     self->bank.token = 0;
@@ -33,11 +35,14 @@ void stages_step(guard_t *self, const task_config_t *task, const snapshot_t *sna
     observer_step(&self->observer, &config->observer, joints, &self->motion, snapshot->torque, gap);
     acceleration_step(&self->acceleration, &config->acceleration, &config->observer, &self->observer, robot,
                       &self->motion, snapshot->velocity, acceleration, task->limits.mass_max_kg);
+    regressor_step(&self->regressor, &config->regressor, &config->observer, robot, &self->motion, &self->observer,
+                   &self->acceleration, snapshot->velocity);
     index_step(&self->index, &config->subspace, &task->index, robot, &self->motion, &self->observer,
-               &self->acceleration);
+               &self->acceleration, &self->regressor);
     explained_step(&self->explained, &task->limits, &config->subspace, task->detector.debounce_ticks, robot,
                    &self->observer, &self->acceleration, &task->index, &self->index);
-    bank_step(&self->bank, &config->bank, joints, self->observer.gap, self->index.unexplained, self->explained.token);
+    bank_step(&self->bank, &config->bank, joints, self->observer.gap, self->index.unexplained, self->index.sudden,
+              self->explained.token);
     detector_step(&self->detector, &task->detector, joints, &self->bank);
 }
 
@@ -78,7 +83,7 @@ bool stages_complete(const guard_t *self) {
 }
 
 bool stages_valid(const guard_t *self) {
-    bool valid = self->index.subspace.converged || (self->index.columns == 0u);
+    bool valid = self->index.converged;
     for (uint32_t i = 0; i < self->joints; ++i) {
         valid = valid && num_finite(self->observer.residual[i]) && num_finite(self->detector.value_nm[i]);
     }
@@ -90,8 +95,8 @@ bool stages_valid(const guard_t *self) {
 
 bool stages_saturated(guard_t *self) {
     const uint32_t sum = self->motion.saturations + self->observer.saturations + self->acceleration.saturations +
-                         self->index.saturations + self->index.subspace.saturations + self->explained.saturations +
-                         self->bank.saturations;
+                         self->regressor.saturations + self->index.saturations + self->index.subspace.saturations +
+                         self->index.soft.saturations + self->explained.saturations + self->bank.saturations;
     const bool grew = sum != self->saturations;
     self->saturations = sum;
     return grew;
@@ -101,6 +106,7 @@ void stages_init(guard_t *self) {
     motion_init(&self->motion);
     observer_init(&self->observer);
     acceleration_init(&self->acceleration);
+    regressor_init(&self->regressor);
     index_init(&self->index);
     explained_init(&self->explained);
     bank_init(&self->bank);

@@ -89,7 +89,7 @@ bool robot_side_follow(robot_side_t *self, const can_frame_t *sync, uint64_t now
 bool robot_side_task(const robot_side_t *self, robot_side_task_t task, const float acceleration[3],
                      can_frame_t *frame) {
     const protocol_receive_t *const entry = &protocol_receive[PROTOCOL_RECEIVE_TASK_COMMAND];
-    if ((task < ROBOT_SIDE_TASK_NONE) || (task > ROBOT_SIDE_TASK_CONTACT)) {
+    if ((task < ROBOT_SIDE_TASK_NONE) || (task > ROBOT_SIDE_TASK_6)) {
         return false;
     }
     begin_frame(self, entry, frame);

@@ -29,7 +29,14 @@
 #define ROBOT_SIDE_MAX_JOINTS 8u
 
 /* TaskCommand.Task */
-typedef enum { ROBOT_SIDE_TASK_NONE = 1, ROBOT_SIDE_TASK_PAYLOAD = 2, ROBOT_SIDE_TASK_CONTACT = 3 } robot_side_task_t;
+typedef enum {
+    ROBOT_SIDE_TASK_NONE = 1,
+    ROBOT_SIDE_TASK_PAYLOAD = 2,
+    ROBOT_SIDE_TASK_CONTACT = 3,
+    ROBOT_SIDE_TASK_4 = 4, /* from here on rows of the installation's own */
+    ROBOT_SIDE_TASK_5 = 5,
+    ROBOT_SIDE_TASK_6 = 6
+} robot_side_task_t;
 
 /* JointState.SensorStatus */
 typedef enum {

@@ -72,7 +72,8 @@ static bool permitted(const session_t *self) {
 static bool by_detection(const session_t *self) {
     const guard_reason_t reason = self->tracks.out[0].reason;
     return (reason == GUARD_REASON_COLLISION) || (reason == GUARD_REASON_EXPLAINED_FORCE) ||
-           (reason == GUARD_REASON_EXPLAINED_MOMENT) || (reason == GUARD_REASON_RESIDUAL_LIMIT);
+           (reason == GUARD_REASON_EXPLAINED_MOMENT) || (reason == GUARD_REASON_RESIDUAL_LIMIT) ||
+           (reason == GUARD_REASON_SUDDEN);
 }
 
 static void count_stop(const session_t *self, kernel_result_t *result) {

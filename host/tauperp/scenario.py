@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from tauperp.config import TASKS, Configuration, load_configuration, preset_names
-from tauperp.config.configuration import is_blind
+from tauperp.config.configuration import index_is_blind
 from tauperp.errors import InputError
 from tauperp.robot import Robot
 from tauperp.run.tables import PhaseTable, PlantTable, PointTable, ScenarioTable, StepTable
@@ -219,7 +219,7 @@ def _check(table: ScenarioTable, robot: Robot, configuration: Configuration, sou
         if configuration.settings.task[phase.task].index == "off":
             off = f"'{phase.task}' is off in {configuration.source} for {robot.name}"
             index = {"payload": "d_p", "contact": "d_e"}.get(phase.task, "r")
-            if is_blind(index, robot.n):
+            if index_is_blind(index, robot.n):
                 off += f": with {robot.n} joints {index} is zero for every force, so it would see nothing"
             refuse(f"{place}.task", off)
         for step, one in enumerate(phase.do):

@@ -58,6 +58,7 @@ class Reason(enum.IntEnum):
     EXPLAINED_FORCE = 38
     EXPLAINED_MOMENT = 39
     RESIDUAL_LIMIT = 40
+    SUDDEN = 41
 
 
 class Start(enum.IntEnum):
@@ -131,4 +132,5 @@ REASON_CLASS: dict[int, ReasonClass] = {
     Reason.EXPLAINED_FORCE: ReasonClass.STOPPED,
     Reason.EXPLAINED_MOMENT: ReasonClass.STOPPED,
     Reason.RESIDUAL_LIMIT: ReasonClass.STOPPED,
+    Reason.SUDDEN: ReasonClass.STOPPED,
 }

@@ -10,7 +10,9 @@ import pytest
 
 from tauperp import cli, robot
 from tauperp.config import TASKS, load_configuration, preset_names
+from tauperp.config.block import block_dtype
 from tauperp.errors import InputError
+from tauperp.firmware import Core, Guard
 from tauperp.wire import Wire
 
 
@@ -123,7 +125,7 @@ def test_deadlines_come_from_the_dbc_unless_the_file_says_otherwise(write: Write
         ('[task.none]\nthreshold_nm = inf', "task.none.threshold_nm: inf Nm is beyond 0 to 1/3 of the torque limit"),
         ('[task.none]\nthreshold_nm = true', "task.none.threshold_nm: should be a valid list"),
         ('[task.none]\nthreshold_nm = 300', "task.none.threshold_nm: 300 Nm is beyond 0 to 1/3 of the torque limit"),
-        ('[task.none]\nindex = "d"', "task.none.index: should be 'off', 'r', 'd_p' or 'd_e', not 'd'"),
+        ('[task.none]\nindex = "d"', "task.none.index: should be 'off', 'r', 'd_p', 'd_r', 'd_e' or 'd_f'"),
         ('[task.none]\ndebounce_ticks = 0', "task.none.debounce_ticks: should be greater than"),
         ('[observer]\ngain_per_s = "50"', "observer.gain_per_s: should be a valid number, not '50'"),
         ('[observer]\ngain_per_s = 300\n[wire]\nrate_hz = 299', "observer.gain_per_s: gain times period"),
@@ -144,6 +146,12 @@ def test_deadlines_come_from_the_dbc_unless_the_file_says_otherwise(write: Write
             "task.contact.limits.force_max_n: should be less than or equal to 400",
         ),
         ('[stop]\ncollision = 3', "stop.collision: should be 0, 1 or 2, not 3"),
+        ('[task.contact]\nindex = "d_f"', "task.contact.components: d_f needs at least one of fx, fy, fz, mx, my, mz"),
+        ('[task.contact]\ncomponents = ["fx"]', "task.contact.index: components, frame and point_m belong to d_f, not"),
+        ('[task.contact]\nindex = "d_f"\ncomponents = ["fq"]', "task.contact.components.0: should be 'fx'"),
+        ('[task.none]\nfast = ["fx"]', "task.none.fast: names a component that the task does not explain"),
+        ('[[bank.channel]]\nlow_pass_per_s = 30\nof = "sudden"', "bank.channel: a channel of 'sudden' needs"),
+        ('[subspace]\ntolerance_nm_per_n = 0.002', "subspace.tolerance_nm_per_n: a soft projector needs at"),
         ('task = 3', "task: should be a table"),
         ('[wire', "not TOML"),
     ],
@@ -162,6 +170,93 @@ def test_a_mistake_is_named_with_its_place(write: Write, text: str, message: str
 )
 def test_a_mistake_about_the_robot_is_named(write: Write, text: str, message: str) -> None:
     assert refusal(write(text)).startswith(message)
+
+
+OWN = """robot = "panda"
+[[bank.channel]]
+low_pass_per_s = 30
+[[bank.channel]]
+low_pass_per_s = 60
+high_pass_hz = 1
+of = "sudden"
+[task.none]
+threshold_nm = 1.0
+[task.payload]
+threshold_nm = 1.0
+[task.contact]
+fast = ["fx", "fy", "fz"]
+threshold_nm = [[0.5], [2.0]]
+[[task.more]]
+name = "screw"
+index = "d_f"
+components = ["mz", "fz"]
+frame = "tool"
+point_m = [0.0, 0.1, 0.2]
+threshold_nm = [[0.5], [1.0]]
+debounce_ticks = 2
+[task.more.limits]
+mass_max_kg = 3.0
+arm_max_m = 0.2
+force_slack_n = 25.0
+moment_slack_nm = 10.0
+force_max_n = 140.0
+moment_max_nm = 40.0
+"""
+
+
+def test_a_task_of_ones_own_is_a_row_with_components_axes_and_a_point(write: Write) -> None:
+    configuration = load_configuration(write(OWN))
+    assert configuration.settings.task.numbers == {**TASKS, "screw": 4}
+    row = np.frombuffer(configuration.block(), block_dtype("float32"))[0]["task"][4]
+    assert (row["index"]["kind"], row["index"]["components"], row["index"]["frame"]) == (3, 0b100100, 2)
+    axes = row["index"]["axis"]
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(row["index"]["point"]), np.hypot(0.1, 0.2), atol=1e-6)
+    assert row["detector"]["channels"] == 0b01  # without fast components it does not look at `sudden`
+    contact = np.frombuffer(configuration.block(), block_dtype("float32"))[0]["task"][3]
+    assert (contact["index"]["fast"], contact["detector"]["channels"]) == (0b111, 0b11)
+    Guard(configuration.block())  # and the firmware takes it
+
+
+@pytest.mark.parametrize("name", ["panda", "ku_dex", "kinova3"])
+def test_a_tasks_tool_axes_are_those_of_the_robots_tip(write: Write, name: str) -> None:
+    """A force along an axis of the tool at a point, by Pinocchio's frame of the tip, leaves no index."""
+    configuration = load_configuration(write(OWN.replace('"mz", "fz"', '"fz"')), robot=name)
+    arm_ = configuration.robot
+    core = Core(arm_, config=configuration)
+    q = np.linspace(0.3, 0.9, arm_.n) * np.resize([1, -1], arm_.n)
+    jacobian = core.terms(q, np.zeros(arm_.n)).jacobian
+    pose = tip_pose(arm_, q)
+    axis, arm_m = pose[:, 2], pose @ np.array([0.0, 0.1, 0.2])
+    for force, least, most in ((axis, 0.0, 0.02), (pose[:, 0], 0.1, 100.0)):
+        tau = jacobian.T @ np.concatenate([force, np.cross(arm_m, force)]) * 20.0
+        core.reset()
+        gravity = core.terms(q, np.zeros(arm_.n)).gravity
+        core.step(q, np.zeros(arm_.n), gravity, "screw")
+        for _ in range(200):
+            step = core.step(q, np.zeros(arm_.n), gravity + tau, "screw")
+        assert least <= np.abs(step.index).max() <= most
+
+
+def tip_pose(arm_: robot.Robot, q: np.ndarray) -> np.ndarray:
+    """The tip link's rotation in the base frame, from the description alone."""
+    rotation = np.eye(3)
+    for joint, angle in zip(arm_.joints, q, strict=True):
+        skew = np.cross(np.eye(3), joint.axis)
+        rotation = rotation @ joint.origin_rotation
+        rotation = rotation @ (np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew)
+    return rotation @ arm_.tip_rotation
+
+
+def test_two_tasks_of_one_name_are_refused(write: Write) -> None:
+    assert refusal(write(OWN.replace('"screw"', '"contact"'))).startswith("task.more: two tasks have the same name")
+
+
+def test_a_contact_of_three_forces_serves_an_arm_with_six_joints(write: Write) -> None:
+    path = write('[task.contact]\nindex = "d_f"\ncomponents = ["fx", "fy", "fz"]\n')
+    configuration = load_configuration(path, robot=arm(6))
+    assert [configuration.settings.task[task].index for task in TASKS] == ["r", "d_p", "d_f"]
+    Guard(configuration.block())
 
 
 def test_a_file_that_is_not_there_or_not_text_is_named(tmp_path: Path) -> None:

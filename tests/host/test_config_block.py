@@ -75,7 +75,7 @@ def test_both_numeric_types_have_one_layout() -> None:
 
 def test_the_crc_covers_all_that_follows_it(block: bytes) -> None:
     magic, schema, size, crc = struct.unpack_from("<4I", block)
-    assert (magic, schema, size) == (0x50524554, 2, len(block))
+    assert (magic, schema, size) == (0x50524554, 3, len(block))
     assert crc == zlib.crc32(block[16:])
 
 
@@ -99,9 +99,10 @@ def test_settings_become_the_firmwares_numbers(block: bytes) -> None:
     found = fields(block)
     assert (found["format"], found["numeric"]) == (2, 1)
     assert (found["stop_collision"], found["stop_input"], found["stop_fault"]) == (2, 1, 0)
-    assert (found["subspace"]["order"], found["observer"]["torque_sample"]) == (1, 1)
-    assert found["task"]["index"]["kind"].tolist() == [0, 1, 2, 3]
-    assert found["task"]["detector"]["debounce_ticks"].tolist() == [0, 1, 1, 1]
+    assert (found["subspace"]["order"], found["subspace"]["projector"]) == (1, 1)
+    assert found["observer"]["torque_sample"] == 1
+    assert found["task"]["index"]["kind"].tolist() == [0, 1, 2, 3, 0, 0, 0]
+    assert found["task"]["detector"]["debounce_ticks"].tolist() == [0, 1, 1, 1, 0, 0, 0]
     assert found["task"]["detector"]["threshold_nm"][2][0].tolist() == [2.0] * 7 + [0.0]
 
 

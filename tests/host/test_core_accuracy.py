@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pytest
+from plain import plain
 
 from tauperp.config import Numeric
 from tauperp.firmware import Core
@@ -45,7 +46,7 @@ def numeric(request: pytest.FixtureRequest) -> Numeric:
 
 @pytest.fixture
 def core(robot: Robot, numeric: Numeric) -> Core:
-    return Core(robot, numeric=numeric)
+    return Core(robot, numeric=numeric, config=plain(robot))
 
 
 def random_states(robot: Robot, count: int = STATES) -> tuple[Array, Array]:
@@ -164,7 +165,7 @@ def test_the_residual_agrees_with_a_float64_observer(core: Core, robot: Robot, n
 
 
 def test_rank_deficient_columns_agree_with_lapack(numeric: Numeric) -> None:
-    core = Core("ku_dex", numeric=numeric)
+    core = Core("ku_dex", numeric=numeric, config=plain("ku_dex"))
     print(f"seed {SEED}")
     random = np.random.default_rng(SEED)
     worst = 0.0
@@ -198,7 +199,7 @@ class TestDegenerateInput:
         assert np.array_equal(result.index, tau)
 
     def test_an_arm_at_rest_without_torque_has_zero_indexes(self, numeric: Numeric) -> None:
-        core = Core("ku_dex", numeric=numeric)
+        core = Core("ku_dex", numeric=numeric, config=plain("ku_dex"))
         zero = np.zeros(7)
         gravity = core.terms(zero, zero).gravity
         for task in ("none", "payload", "contact"):
@@ -212,7 +213,7 @@ class TestDegenerateInput:
         self, numeric: Numeric, upward: float
     ) -> None:
         """The payload's index is then of rank 4, whatever the acceleration along gravity is."""
-        core = Core("ku_dex", numeric=numeric)
+        core = Core("ku_dex", numeric=numeric, config=plain("ku_dex"))
         q = np.array([0.3, 0.8, -0.4, -1.3, 0.6, 0.9, 0.2])
         terms = core.terms(q, np.zeros(7))
         push = np.array([2.0, -3.0, 1.0, 4.0, -1.0, 0.5, 1.0])

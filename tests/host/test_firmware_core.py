@@ -11,6 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from plain import plain
 
 from tauperp import robot
 from tauperp.config import load_configuration
@@ -27,7 +28,7 @@ REST = np.zeros(7)
 
 @pytest.fixture(scope="module")
 def core() -> Core:
-    return Core("ku_dex")
+    return Core("ku_dex", config=plain("ku_dex"))
 
 
 def test_singular_values_are_lapacks_in_descending_order(core: Core) -> None:

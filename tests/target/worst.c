@@ -20,6 +20,7 @@ int main(void);
 static motion_t motion;
 static observer_t observer;
 static acceleration_t measured;
+static regressor_t regressor;
 static index_t index_state;
 static explained_t explained;
 static bank_t bank;
@@ -50,10 +51,13 @@ static num_t mostly(double limit, uint32_t share) {
 }
 
 static uint32_t stages(uint32_t worst, const observer_config_t *gains, const bank_config_t *channels,
-                       const acceleration_config_t *limits, task_config_t *task) {
+                       const regressor_config_t *rows, const acceleration_config_t *limits, task_config_t *task) {
     const robot_t *const robot = &robot_ku_dex;
-    const subspace_config_t config = {
-        .order = ORDER_PROJECT_FIRST, .tolerance = NUM(0.005), .lever_m = NUM(0.1), .softness = NUM(0.05)};
+    subspace_config_t config = {.order = ORDER_PROJECT_FIRST,
+                                .projector = PROJECTOR_HARD,
+                                .tolerance = NUM(0.005),
+                                .lever_m = NUM(0.1),
+                                .softness = NUM(0.05)};
     const uint32_t share = 1u << (random_bits() % 8u);
     num_t q[ROBOT_MAX_JOINTS] = {NUM(0)}, qd[ROBOT_MAX_JOINTS] = {NUM(0)}, tau[ROBOT_MAX_JOINTS] = {NUM(0)};
     const bool special = (random_bits() % 2u) == 0u;
@@ -63,7 +67,8 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
         tau[i] = mostly(100.0, share);
     }
     const vec3_t acceleration = {mostly(8.0, share), mostly(8.0, share), mostly(8.0, share)};
-    const index_kind_t kind = (index_kind_t)(INDEX_RESIDUAL + random_bits() % 3u);
+    const index_kind_t kind = (index_kind_t)(INDEX_RESIDUAL + random_bits() % 4u);
+    config.projector = (kind == INDEX_REGRESSOR) ? PROJECTOR_SOFT : (PROJECTOR_HARD + random_bits() % 2u);
     const uint32_t gap = random_bits() % (OBSERVER_MAX_GAP + 2u);
     task->index =
         (index_config_t){.kind = (uint32_t)kind, .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
@@ -71,9 +76,10 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
     motion_step(&motion, robot, q, qd);
     observer_step(&observer, gains, robot->joint_count, &motion, tau, gap);
     acceleration_step(&measured, limits, gains, &observer, robot, &motion, qd, acceleration, NUM(5));
-    index_step(&index_state, &config, &task->index, robot, &motion, &observer, &measured);
+    regressor_step(&regressor, rows, gains, robot, &motion, &observer, &measured, qd);
+    index_step(&index_state, &config, &task->index, robot, &motion, &observer, &measured, &regressor);
     explained_step(&explained, &task->limits, &config, 1u, robot, &observer, &measured, &task->index, &index_state);
-    bank_step(&bank, channels, robot->joint_count, observer.gap, index_state.unexplained, 0u);
+    bank_step(&bank, channels, robot->joint_count, observer.gap, index_state.unexplained, index_state.sudden, 0u);
     detector_step(&detector, &task->detector, robot->joint_count, &bank);
     return larger(worst, begin);
 }
@@ -81,12 +87,15 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
 int main(void) {
     observer_config_t gains = {.torque_sample = TORQUE_INTERVAL};
     bank_config_t channels = {.channels = 1u};
+    regressor_config_t rows = {.used = 1u};
     for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) {
         gains.decay[g] = NUM(0.95);
         gains.gain[g] = NUM(0.05);
         gains.momentum_gain[g] = NUM(50);
         channels.channel[0].own[g] = NUM(0.95);
         channels.channel[0].in[g] = NUM(1);
+        rows.low_pass.own[g] = NUM(0.9);
+        rows.low_pass.in[g] = NUM(2);
     }
     task_config_t task = {.detector = {.debounce_ticks = 1u, .channels = 1u},
                           .limits = {.mass_max_kg = NUM(5), .force_max_n = NUM(140), .moment_max_nm = NUM(40)}};
@@ -103,12 +112,13 @@ int main(void) {
             motion_init(&motion);
             observer_init(&observer);
             acceleration_init(&measured);
+            regressor_init(&regressor);
             index_init(&index_state);
             explained_init(&explained);
             bank_init(&bank);
             detector_init(&detector);
         }
-        worst_stages = stages(worst_stages, &gains, &channels, &limits, &task);
+        worst_stages = stages(worst_stages, &gains, &channels, &rows, &limits, &task);
         worst_projection = projection(worst_projection);
     }
     printf("worst %lu %lu\n", (unsigned long)worst_stages, (unsigned long)worst_projection);

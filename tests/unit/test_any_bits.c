@@ -83,16 +83,21 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
     static motion_t motion;
     static observer_t observer;
     static acceleration_t measured;
+    static regressor_t regressor;
     static index_t index;
     static explained_t explained;
     static bank_t bank;
     static detector_t detector;
     const robot_t *const robot = &robot_ku_dex;
     const uint32_t n = robot->joint_count;
-    const subspace_config_t subspace = {
-        .order = ORDER_PROJECT_FIRST, .tolerance = NUM(0.005), .lever_m = NUM(0.1), .softness = NUM(0.05)};
+    subspace_config_t subspace = {.order = ORDER_PROJECT_FIRST,
+                                  .projector = PROJECTOR_HARD,
+                                  .tolerance = NUM(0.005),
+                                  .lever_m = NUM(0.1),
+                                  .softness = NUM(0.05)};
     task_config_t task = {.detector = {.debounce_ticks = 1u, .channels = 1u},
                           .limits = {.mass_max_kg = NUM(5), .force_max_n = NUM(140), .moment_max_nm = NUM(40)}};
+    regressor_config_t rows = {.used = 1u};
     bank_config_t channels = {.channels = 1u};
     const acceleration_config_t limits = {.force_floor_n = NUM(1), .error_max = NUM(2)};
     observer_config_t gains = {.torque_sample = TORQUE_INTERVAL};
@@ -102,6 +107,8 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
         gains.momentum_gain[g] = NUM(50);
         channels.channel[0].own[g] = NUM(0.95);
         channels.channel[0].in[g] = NUM(1);
+        rows.low_pass.own[g] = NUM(0.9);
+        rows.low_pass.in[g] = NUM(2);
     }
     for (uint32_t j = 0; j < ROBOT_MAX_JOINTS; ++j) {
         task.detector.threshold_nm[0][j] = NUM(2);
@@ -114,6 +121,7 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
             motion_init(&motion);
             observer_init(&observer);
             acceleration_init(&measured);
+            regressor_init(&regressor);
             index_init(&index);
             explained_init(&explained);
             bank_init(&bank);
@@ -124,15 +132,17 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
         any_of(qd, n);
         any_of(tau, n);
         const vec3_t acceleration = {any(), any(), any()};
-        const index_kind_t kind = (index_kind_t)(INDEX_RESIDUAL + random_bits() % 3u);
+        const index_kind_t kind = (index_kind_t)(INDEX_RESIDUAL + random_bits() % 4u);
+        subspace.projector = (kind == INDEX_REGRESSOR) ? PROJECTOR_SOFT : (PROJECTOR_HARD + random_bits() % 2u);
         motion_step(&motion, robot, q, qd);
         observer_step(&observer, &gains, n, &motion, tau, random_bits() % (OBSERVER_MAX_GAP + 2u));
         task.index =
             (index_config_t){.kind = (uint32_t)kind, .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
         acceleration_step(&measured, &limits, &gains, &observer, robot, &motion, qd, acceleration, NUM(5));
-        index_step(&index, &subspace, &task.index, robot, &motion, &observer, &measured);
+        regressor_step(&regressor, &rows, &gains, robot, &motion, &observer, &measured, qd);
+        index_step(&index, &subspace, &task.index, robot, &motion, &observer, &measured, &regressor);
         explained_step(&explained, &task.limits, &subspace, 1u, robot, &observer, &measured, &task.index, &index);
-        bank_step(&bank, &channels, n, observer.gap, index.unexplained, 0u);
+        bank_step(&bank, &channels, n, observer.gap, index.unexplained, index.sudden, 0u);
         assert_within_bounds(&index.subspace);
         detector_step(&detector, &task.detector, n, &bank);
         TEST_ASSERT_TRUE(detector.joint < n);
@@ -140,10 +150,10 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
             TEST_ASSERT_TRUE(num_finite(bank.channel[0].output[j]) || ((detector.above[j] > 0u) && detector.tripped));
         }
         const bool lost =
-            !all_finite(observer.residual, n) || !all_finite(bank.channel[0].output, n) || !index.subspace.converged;
+            !all_finite(observer.residual, n) || !all_finite(bank.channel[0].output, n) || !index.converged;
         const uint32_t saturations = motion.saturations + observer.saturations + measured.saturations +
-                                     index.saturations + index.subspace.saturations + explained.saturations +
-                                     bank.saturations;
+                                     regressor.saturations + index.saturations + index.subspace.saturations +
+                                     index.soft.saturations + explained.saturations + bank.saturations;
         marked += (lost || (saturations > 0u)) ? 1u : 0u;
     }
     printf("%u ticks marked\n", (unsigned)marked);

@@ -48,7 +48,11 @@ static void push(double torque, uint32_t gap) {
     for (uint32_t i = 0; i < JOINTS; ++i) {
         input[i] = num_of(observer_gain((gap >= 1u) ? gap : 1u) * torque * (1.0 + i));
     }
-    bank_step(&bank, &config, JOINTS, gap, input, 1u);
+    num_t other[ROBOT_MAX_JOINTS] = {NUM(0)};
+    for (uint32_t i = 0; i < JOINTS; ++i) {
+        other[i] = -input[i];
+    }
+    bank_step(&bank, &config, JOINTS, gap, input, other, 1u);
 }
 
 /* 1 - exp(-z w t) (cos(w' t) + z w / w' sin(w' t)) */
@@ -122,9 +126,24 @@ static void test_channels_do_not_mix(void) {
     TEST_ASSERT_TRUE(bank.channel[3].output[0] == NUM(0));
 }
 
+static void test_a_channel_of_sudden_filters_that_and_nothing_else(void) {
+    second_order(0u, 60.0, 0.7, 1.0);
+    second_order(1u, 60.0, 0.7, 1.0);
+    config.channels = 2u;
+    config.channel[1].of = (uint32_t)CHANNEL_SUDDEN;
+    for (uint32_t k = 0; k < 50u; ++k) {
+        push(3.0, 1u);
+    }
+    for (uint32_t i = 0; i < JOINTS; ++i) {
+        TEST_ASSERT_TRUE(value_of(bank.channel[0].output[i]) > 1.0);
+        ASSERT_CLOSE(-value_of(bank.channel[0].output[i]), value_of(bank.channel[1].output[i]), 1e-5);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_second_order_channel_is_the_closed_form);
+    RUN_TEST(test_a_channel_of_sudden_filters_that_and_nothing_else);
     RUN_TEST(test_any_pattern_of_gaps_ends_where_single_cycles_do);
     RUN_TEST(test_a_high_pass_forgets_what_stays_and_passes_what_comes);
     RUN_TEST(test_after_a_restart_every_channel_is_at_zero);

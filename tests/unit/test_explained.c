@@ -14,6 +14,7 @@ static observer_t observer;
 static observer_config_t gains;
 static acceleration_t measured;
 static acceleration_config_t bounds;
+static regressor_t regressor;
 static index_t index_state;
 static explained_t explained;
 static explained_config_t limits;
@@ -25,8 +26,11 @@ static num_t rates[ROBOT_MAX_JOINTS];
 void setUp(void) {
     const double q[N] = {0.3, 0.8, -0.4, -1.3, 0.6, 0.9, 0.2};
     robot = &robot_ku_dex;
-    config = (subspace_config_t){
-        .order = (uint32_t)ORDER_PROJECT_FIRST, .tolerance = NUM(0.005), .lever_m = NUM(0.1), .softness = NUM(0.05)};
+    config = (subspace_config_t){.order = (uint32_t)ORDER_PROJECT_FIRST,
+                                 .projector = (uint32_t)PROJECTOR_HARD,
+                                 .tolerance = NUM(0.005),
+                                 .lever_m = NUM(0.1),
+                                 .softness = NUM(0.05)};
     limits = (explained_config_t){.mass_max_kg = NUM(3),
                                   .arm_max_m = NUM(0.2),
                                   .force_max_n = NUM(140),
@@ -71,7 +75,7 @@ static void hold_wrench(const double w[6], uint32_t ticks) {
             observer.update[i] = num_of((1.0 - DECAY) * torque);
             observer.residual[i] = num_of(DECAY * value_of(observer.residual[i]) + (1.0 - DECAY) * torque);
         }
-        index_step(&index_state, &config, &task, robot, &motion, &observer, &measured);
+        index_step(&index_state, &config, &task, robot, &motion, &observer, &measured, &regressor);
         explained_step(&explained, &limits, &config, 2u, robot, &observer, &measured, &task, &index_state);
     }
 }

@@ -17,10 +17,11 @@ static unsigned dead; /* the stage that does nothing; 0: all run */
 #define observer_step(...)     RUN(2u, observer_step, __VA_ARGS__)
 #define acceleration_step(...) RUN(3u, acceleration_step, __VA_ARGS__)
 #define index_step(...)        RUN(4u, index_step, __VA_ARGS__)
+#define regressor_step(...)    RUN(8u, regressor_step, __VA_ARGS__)
 #define explained_step(...)    RUN(5u, explained_step, __VA_ARGS__)
 #define bank_step(...)         RUN(6u, bank_step, __VA_ARGS__)
 #define detector_step(...)     RUN(7u, detector_step, __VA_ARGS__)
-#define STAGES                 7u
+#define STAGES                 8u
 
 #define stages_init          dying_stages_init
 #define stages_run           dying_stages_run
@@ -74,7 +75,7 @@ static void test_a_stage_that_never_ran_is_found_by_the_self_test_or_the_first_t
     for (unsigned stage = 1u; stage <= STAGES; ++stage) {
         setUp();
         dead = stage;
-        cycles(&bench, 100u);
+        cycles(&bench, 600u); /* the longest self-test */
         TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, bench.out.state);
         TEST_ASSERT_TRUE((bench.out.reason == GUARD_REASON_SELF_TEST_FAILED) ||
                          (bench.out.reason == GUARD_REASON_STAGE_MISSED));

@@ -14,6 +14,7 @@ static subspace_config_t config;
 static index_t index_state;
 static motion_t motion;
 static observer_t observer;
+static regressor_t regressor;
 static vec3_t acceleration;
 static double torque[N]; /* that acts on the arm from outside, as the observer means it */
 static num_t pose[ROBOT_MAX_JOINTS];
@@ -29,7 +30,10 @@ static void move_to(double turn) {
 
 void setUp(void) {
     robot = &robot_ku_dex;
-    config = (subspace_config_t){.order = (uint32_t)ORDER_FILTER_FIRST, .tolerance = NUM(0.005), .lever_m = NUM(0.1)};
+    config = (subspace_config_t){.order = (uint32_t)ORDER_FILTER_FIRST,
+                                 .projector = (uint32_t)PROJECTOR_HARD,
+                                 .tolerance = NUM(0.005),
+                                 .lever_m = NUM(0.1)};
     index_init(&index_state);
     motion_init(&motion);
     observer_init(&observer);
@@ -39,7 +43,7 @@ void setUp(void) {
 }
 void tearDown(void) {
     TEST_ASSERT_EQUAL(0, index_state.saturations);
-    TEST_ASSERT_EQUAL(0, index_state.subspace.saturations);
+    TEST_ASSERT_EQUAL(0, (index_state.subspace.saturations + index_state.soft.saturations));
 }
 
 static void step(index_kind_t kind) {
@@ -50,7 +54,7 @@ static void step(index_kind_t kind) {
                                          matters ? vec3_unit(across, &saturations) : (vec3_t){NUM(0), NUM(0), NUM(0)}};
     const index_config_t task = {.kind = (uint32_t)kind,
                                  .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
-    index_step(&index_state, &config, &task, robot, &motion, &observer, &measured);
+    index_step(&index_state, &config, &task, robot, &motion, &observer, &measured, &regressor);
 }
 
 static void set_residual(const double r[]) {
@@ -86,7 +90,7 @@ static void unexplained_by_all(double size, double tau[N]) {
     }
     const index_config_t task = {.kind = INDEX_CONTACT, .components = INDEX_ALL_COMPONENTS};
     const acceleration_t none = {0};
-    index_step(&scratch, &config, &task, robot, &motion, &observer, &none);
+    index_step(&scratch, &config, &task, robot, &motion, &observer, &none, &regressor);
     const double length = size_of(scratch.unexplained);
     TEST_ASSERT_TRUE(length > 0.1);
     for (uint32_t i = 0; i < N; ++i) {
@@ -105,7 +109,7 @@ static void test_without_a_task_the_index_is_the_residual(void) {
         set_residual(r);
         step(INDEX_RESIDUAL);
         TEST_ASSERT_EQUAL_MEMORY(observer.residual, index_state.unexplained, N * sizeof(num_t));
-        TEST_ASSERT_EQUAL(0, index_state.subspace.rank);
+        TEST_ASSERT_EQUAL(0, index_state.rank);
     }
 }
 
@@ -127,7 +131,7 @@ static void test_a_payload_at_any_pose_is_explained(void) {
         wrench(w, r);
         set_residual(r);
         step(INDEX_PAYLOAD);
-        TEST_ASSERT_EQUAL(5, index_state.subspace.rank);
+        TEST_ASSERT_EQUAL(5, index_state.rank);
         ASSERT_CLOSE(0.0, size_of(index_state.unexplained), 2e-4);
     }
 }
@@ -154,8 +158,8 @@ static void test_any_wrench_at_the_end_effector_is_explained_in_contact(void) {
         set_residual(r);
         step(INDEX_CONTACT);
         /* Near a singularity the direction that is dropped leaks: no more than its singular value times the wrench. */
-        const double dropped = (index_state.subspace.rank < 6u) ? value_of(index_state.subspace.smallest) : 0.0;
-        TEST_ASSERT_TRUE(index_state.subspace.rank >= 5u);
+        const double dropped = (index_state.rank < 6u) ? value_of(index_state.smallest) : 0.0;
+        TEST_ASSERT_TRUE(index_state.rank >= 5u);
         ASSERT_CLOSE(0.0, size_of(index_state.unexplained), 2e-4 + 98.0 * dropped);
     }
 }
@@ -180,13 +184,13 @@ static void test_no_acceleration_and_one_along_gravity_drop_the_column_and_agree
     num_t at_rest[N];
     set_residual(r);
     step(INDEX_PAYLOAD);
-    TEST_ASSERT_EQUAL(4, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(4, index_state.rank);
     memcpy(at_rest, index_state.unexplained, sizeof(at_rest));
     const double along[] = {-30.0, -9.81, -0.001, 0.001, 9.81, 30.0};
     for (uint32_t a = 0; a < 6u; ++a) {
         acceleration.z = num_of(along[a]);
         step(INDEX_PAYLOAD);
-        TEST_ASSERT_EQUAL(4, index_state.subspace.rank);
+        TEST_ASSERT_EQUAL(4, index_state.rank);
         for (uint32_t i = 0; i < N; ++i) {
             ASSERT_CLOSE(value_of(at_rest[i]), value_of(index_state.unexplained[i]), 2e-5);
         }
@@ -203,12 +207,12 @@ static void test_gravity_in_any_direction_is_told_from_acceleration(void) {
         const double scale = random_in(-2.0, 2.0);
         acceleration = (vec3_t){num_of(scale * g[0]), num_of(scale * g[1]), num_of(scale * g[2])};
         step(INDEX_PAYLOAD);
-        TEST_ASSERT_EQUAL(4, index_state.subspace.rank);
+        TEST_ASSERT_EQUAL(4, index_state.rank);
         acceleration.x = num_of(scale * g[0] + 2.0 * g[1]);
         acceleration.y = num_of(scale * g[1] - 2.0 * g[0]);
         if (hypot(g[0], g[1]) > 0.5) {
             step(INDEX_PAYLOAD);
-            TEST_ASSERT_EQUAL(5, index_state.subspace.rank);
+            TEST_ASSERT_EQUAL(5, index_state.rank);
         }
     }
 }
@@ -216,10 +220,10 @@ static void test_gravity_in_any_direction_is_told_from_acceleration(void) {
 static void test_an_acceleration_too_small_to_matter_is_dropped(void) {
     acceleration.x = NUM(0.1); /* m/s^2: of 5 kg half a newton, and 1 N matters */
     step(INDEX_PAYLOAD);
-    TEST_ASSERT_EQUAL(4, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(4, index_state.rank);
     acceleration.x = NUM(0.5);
     step(INDEX_PAYLOAD);
-    TEST_ASSERT_EQUAL(5, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(5, index_state.rank);
 }
 
 static void test_without_gravity_the_whole_acceleration_counts(void) {
@@ -227,14 +231,14 @@ static void test_without_gravity_the_whole_acceleration_counts(void) {
     weightless.gravity = (vec3_t){NUM(0), NUM(0), NUM(0)};
     robot = &weightless;
     step(INDEX_PAYLOAD);
-    TEST_ASSERT_EQUAL(3, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(3, index_state.rank);
     acceleration.z = NUM(-3);
     const double w[6] = {0.0, 0.0, -25.0, 0.3, 0.0, 0.0};
     double r[N];
     wrench(w, r);
     set_residual(r);
     step(INDEX_PAYLOAD);
-    TEST_ASSERT_EQUAL(4, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(4, index_state.rank);
     ASSERT_CLOSE(0.0, size_of(index_state.unexplained), 1e-4);
 }
 
@@ -243,8 +247,8 @@ static void test_all_zero_input_gives_zero_and_rank_0(void) {
     motion_init(&motion); /* a Jacobian of zeros */
     for (uint32_t k = 0; k < 3u; ++k) {
         step(kinds[k]);
-        TEST_ASSERT_EQUAL(0, index_state.subspace.rank);
-        TEST_ASSERT_TRUE(index_state.subspace.converged);
+        TEST_ASSERT_EQUAL(0, index_state.rank);
+        TEST_ASSERT_TRUE(index_state.converged);
         TEST_ASSERT_TRUE(size_of(index_state.unexplained) == 0.0);
     }
     const double r[N] = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
@@ -259,11 +263,11 @@ static void test_moments_count_by_their_lever(void) {
     wrench(w, r);
     set_residual(r);
     step(INDEX_PAYLOAD);
-    TEST_ASSERT_EQUAL(4, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(4, index_state.rank);
     ASSERT_CLOSE(0.0, size_of(index_state.unexplained), 5e-5);
     config.lever_m = NUM(0.001); /* a moment of 1 Nm per N would need a lever of a metre: none is explained */
     step(INDEX_PAYLOAD);
-    TEST_ASSERT_EQUAL(1, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(1, index_state.rank);
     TEST_ASSERT_TRUE(size_of(index_state.unexplained) > 0.5);
 }
 
@@ -277,10 +281,10 @@ static void test_the_tolerance_is_where_a_direction_stops_being_explained(void) 
     TEST_ASSERT_TRUE(smallest > 0.006);
     config.tolerance = num_of(smallest * 1.01);
     step(INDEX_CONTACT);
-    TEST_ASSERT_EQUAL(5, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(5, index_state.rank);
     config.tolerance = num_of(smallest * 0.99);
     step(INDEX_CONTACT);
-    TEST_ASSERT_EQUAL(6, index_state.subspace.rank);
+    TEST_ASSERT_EQUAL(6, index_state.rank);
 }
 
 /* --- project first ------------------------------------------------------------------------------------------------ */
@@ -295,7 +299,7 @@ static void tick(index_kind_t kind) {
         observer.update[i] = num_of((1.0 - DECAY) * torque[i]);
     }
     step(kind);
-    bank_step(&bank, &channels, N, 1u, index_state.unexplained, 0u);
+    bank_step(&bank, &channels, N, 1u, index_state.unexplained, index_state.sudden, 0u);
 }
 
 static void project_first(void) {
@@ -380,13 +384,143 @@ static void test_a_subset_of_components_explains_these_alone(void) {
     double r[N];
     wrench(force, r);
     set_residual(r);
-    index_step(&index_state, &config, &forces, robot, &motion, &observer, &none);
+    index_step(&index_state, &config, &forces, robot, &motion, &observer, &none, &regressor);
     TEST_ASSERT_EQUAL(3, index_state.columns);
     ASSERT_CLOSE(0.0, size_of(index_state.unexplained), 2e-4);
     wrench(moment, r);
     set_residual(r);
-    index_step(&index_state, &config, &forces, robot, &motion, &observer, &none);
+    index_step(&index_state, &config, &forces, robot, &motion, &observer, &none, &regressor);
     TEST_ASSERT_TRUE(size_of(index_state.unexplained) > 0.5);
+}
+
+/* --- contacts by component ---------------------------------------------------------------------------------------- */
+
+static void look_at(const index_config_t *task) {
+    const acceleration_t none = {0};
+    index_step(&index_state, &config, task, robot, &motion, &observer, &none, &regressor);
+}
+
+/* A force at a point: J^T of [f; arm x f], the arm in the base frame. */
+static void force_at(const double arm[3], const double f[3], double tau[N]) {
+    const double w[6] = {
+        f[0], f[1], f[2], arm[1] * f[2] - arm[2] * f[1], arm[2] * f[0] - arm[0] * f[2], arm[0] * f[1] - arm[1] * f[0]};
+    wrench(w, tau);
+}
+
+/* Axes and point in the last link's frame, and the same in the base frame. */
+static void tool_frame(index_config_t *task, double axis[3][3], double arm[3]) {
+    const vec3_t *const row[3] = {&motion.tool_x, &motion.tool_y, &motion.tool_z};
+    for (uint32_t i = 0; i < 3u; ++i) {
+        const double v[3] = {value_of(row[i]->x), value_of(row[i]->y), value_of(row[i]->z)};
+        arm[i] = 0.0;
+        for (uint32_t a = 0; a < 3u; ++a) {
+            axis[a][i] = 0.0;
+            for (uint32_t j = 0; j < 3u; ++j) {
+                axis[a][i] += v[j] * value_of(task->axis[a][j]);
+            }
+            arm[i] += v[a] * value_of(task->point[a]);
+        }
+    }
+}
+
+static void test_a_contact_at_a_point_explains_every_force_there_and_no_moment(void) {
+    const double c = 0.6, s = 0.8;
+    const index_config_t task = {
+        .kind = INDEX_CONTACT,
+        .components = 7u,
+        .frame = FRAME_TOOL,
+        .axis = {{num_of(c), num_of(s), NUM(0)}, {num_of(-s), num_of(c), NUM(0)}, {NUM(0), NUM(0), NUM(1)}},
+        .point = {NUM(0.1), NUM(-0.2), NUM(0.3)}};
+    random_start(66);
+    for (int round = 0; round < 100; ++round) {
+        index_config_t copy = task;
+        double axis[3][3], arm[3], r[N];
+        move_to(random_in(-1.0, 1.0));
+        tool_frame(&copy, axis, arm);
+        const double f[3] = {40.0 * random_one(), 40.0 * random_one(), 40.0 * random_one()};
+        force_at(arm, f, r);
+        set_residual(r);
+        look_at(&copy);
+        TEST_ASSERT_EQUAL(3, index_state.columns);
+        if (index_state.rank == 3u) {
+            ASSERT_CLOSE(0.0, size_of(index_state.unexplained), 5e-4);
+        }
+        const double moment[6] = {0.0, 0.0, 0.0, 3.0, -4.0, 5.0};
+        wrench(moment, r);
+        set_residual(r);
+        look_at(&copy);
+        TEST_ASSERT_TRUE(size_of(index_state.unexplained) > 0.5);
+    }
+}
+
+static void test_one_component_explains_its_axis_and_no_other(void) {
+    index_config_t task = {.kind = INDEX_CONTACT,
+                           .components = 2u,
+                           .frame = FRAME_TOOL,
+                           .axis = {{NUM(1), NUM(0), NUM(0)}, {NUM(0), NUM(1), NUM(0)}, {NUM(0), NUM(0), NUM(1)}}};
+    double axis[3][3], arm[3], r[N];
+    tool_frame(&task, axis, arm);
+    for (uint32_t a = 0; a < 3u; ++a) {
+        const double f[3] = {30.0 * axis[a][0], 30.0 * axis[a][1], 30.0 * axis[a][2]};
+        force_at(arm, f, r);
+        set_residual(r);
+        look_at(&task);
+        TEST_ASSERT_TRUE((a == 1u) == (size_of(index_state.unexplained) < 1e-3));
+    }
+}
+
+static void test_axes_of_the_base_frame_at_the_tip_are_the_plain_wrench(void) {
+    const index_config_t plain = {.kind = INDEX_CONTACT, .components = 0x2Du};
+    index_config_t framed = plain;
+    const double r[N] = {3.0, -8.0, 2.0, 7.0, -1.0, 2.0, 0.5};
+    num_t expected[N];
+    framed.frame = FRAME_BASE;
+    for (uint32_t a = 0; a < 3u; ++a) {
+        framed.axis[a][a] = NUM(1);
+    }
+    set_residual(r);
+    look_at(&plain);
+    memcpy(expected, index_state.unexplained, sizeof(expected));
+    look_at(&framed);
+    for (uint32_t i = 0; i < N; ++i) {
+        ASSERT_CLOSE(value_of(expected[i]), value_of(index_state.unexplained[i]), 2e-4);
+    }
+}
+
+static void test_the_sudden_remainder_takes_out_the_fast_components_alone(void) {
+    const index_config_t task = {.kind = INDEX_CONTACT, .components = INDEX_ALL_COMPONENTS, .fast = 7u};
+    const index_config_t forces = {.kind = INDEX_CONTACT, .components = 7u};
+    const double w[6] = {20.0, -10.0, 30.0, 2.0, 3.0, -4.0};
+    double r[N];
+    num_t sudden[N];
+    config.projector = (uint32_t)PROJECTOR_SOFT;
+    wrench(w, r);
+    set_residual(r);
+    look_at(&task);
+    TEST_ASSERT_TRUE(size_of(index_state.unexplained) < 0.1);
+    TEST_ASSERT_TRUE(size_of(index_state.sudden) > 0.5);
+    memcpy(sudden, index_state.sudden, sizeof(sudden));
+    look_at(&forces);
+    TEST_ASSERT_EQUAL_MEMORY(sudden, index_state.unexplained, sizeof(sudden));
+    TEST_ASSERT_TRUE(size_of(index_state.sudden) < 1e-9); /* no fast component: nothing to look at */
+}
+
+static void test_the_soft_projector_takes_the_acceleration_by_its_trust(void) {
+    const index_config_t task = {.kind = INDEX_PAYLOAD};
+    const double w[6] = {20.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    acceleration_t trusted = {.sideways = {NUM(1), NUM(0), NUM(0)}};
+    double r[N], before = 0.0;
+    config.projector = (uint32_t)PROJECTOR_SOFT;
+    wrench(w, r);
+    set_residual(r);
+    for (int k = 0; k <= 1000; ++k) {
+        trusted.trust = num_of(1e-3 * k);
+        index_step(&index_state, &config, &task, robot, &motion, &observer, &trusted, &regressor);
+        const double left = size_of(index_state.unexplained);
+        TEST_ASSERT_TRUE((k == 0) || (left <= before + 1e-3));
+        before = left;
+    }
+    TEST_ASSERT_TRUE(before < 0.1);
 }
 
 int main(void) {
@@ -408,5 +542,10 @@ int main(void) {
     RUN_TEST(test_a_moving_arm_keeps_a_payload_explained);
     RUN_TEST(test_switching_each_tick_hides_no_more_than_the_share_of_ticks);
     RUN_TEST(test_a_subset_of_components_explains_these_alone);
+    RUN_TEST(test_a_contact_at_a_point_explains_every_force_there_and_no_moment);
+    RUN_TEST(test_one_component_explains_its_axis_and_no_other);
+    RUN_TEST(test_axes_of_the_base_frame_at_the_tip_are_the_plain_wrench);
+    RUN_TEST(test_the_sudden_remainder_takes_out_the_fast_components_alone);
+    RUN_TEST(test_the_soft_projector_takes_the_acceleration_by_its_trust);
     return UNITY_END();
 }

@@ -88,7 +88,10 @@ static num_t *factor(robot_t *self, uint32_t which) {
 static void test_lengths_moments_and_inertias_stay_below_64(void) {
     uint32_t count = 0;
     for (robot_t other = robot; factor(&other, count) != NULL; other = robot) {
+        const bool is_length = (count >= 3u) && (count <= 8u); /* of the tip and of an offset: of the reach, below 60 */
         *factor(&other, count) = NUM(63.9);
+        TEST_ASSERT_EQUAL(!is_length, robot_holds(&other));
+        *factor(&other, count) = NUM(55);
         TEST_ASSERT_TRUE(robot_holds(&other));
         *factor(&other, count) = NUM(64);
         TEST_ASSERT_FALSE(robot_holds(&other));

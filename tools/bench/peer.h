@@ -20,9 +20,10 @@ void peer_casadi_motion_step(motion_t *self, const robot_t *robot, const float q
 void peer_pinocchio_motion_step(motion_t *self, const robot_t *robot, const float q[], const float qd[]);
 void peer_svd_index_step(index_t *self, const subspace_config_t *config, const index_config_t *row,
                          const robot_t *robot, const motion_t *motion, const observer_t *observer,
-                         const acceleration_t *acceleration);
+                         const acceleration_t *acceleration, const regressor_t *regressor);
 void peer_qr_index_step(index_t *self, const subspace_config_t *config, const index_config_t *row, const robot_t *robot,
-                        const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration);
+                        const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration,
+                        const regressor_t *regressor);
 #endif
 
 /* A task: the desired acceleration in m/s^2 and the unit vector of gravity, or no acceleration for a task of contact.

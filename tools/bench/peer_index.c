@@ -8,13 +8,13 @@ static const float *torque_of(const subspace_config_t *config, const observer_t 
     return (config->order == (uint32_t)ORDER_PROJECT_FIRST) ? observer->update : observer->residual;
 }
 
-static void finish(index_t *self, const index_config_t *row, const acceleration_t *acceleration, unsigned rank) {
-    self->token = token_next(acceleration->token, TOKEN_INDEX, 0u);
+static void finish(index_t *self, const index_config_t *row, const regressor_t *regressor, unsigned rank) {
+    self->token = token_next(regressor->token, TOKEN_INDEX, 0u);
     self->columns = 0; /* what is explained has no limits here */
 
     self->kind = row->kind;
-    self->subspace.rank = rank;
-    self->subspace.converged = true;
+    self->rank = rank;
+    self->converged = true;
 }
 
 static peer_task_t task_of(const subspace_config_t *config, index_kind_t kind, const motion_t *motion,
@@ -29,33 +29,34 @@ static peer_task_t task_of(const subspace_config_t *config, index_kind_t kind, c
 
 void peer_svd_index_step(index_t *self, const subspace_config_t *config, const index_config_t *row,
                          const robot_t *robot, const motion_t *motion, const observer_t *observer,
-                         const acceleration_t *acceleration) {
+                         const acceleration_t *acceleration, const regressor_t *regressor) {
     const index_kind_t kind = (index_kind_t)row->kind;
     const float *const torque = torque_of(config, observer);
     (void)robot;
     if ((kind != INDEX_PAYLOAD) && (kind != INDEX_CONTACT)) {
         memcpy(self->unexplained, torque, sizeof(self->unexplained));
-        finish(self, row, acceleration, 0);
+        finish(self, row, regressor, 0);
         return;
     }
     float singular[PEER_COLUMNS];
     const peer_task_t task = task_of(config, kind, motion, &acceleration->sideways);
     const unsigned rank = peer_svd_project(&task, torque, self->unexplained, singular);
-    finish(self, row, acceleration, rank);
+    finish(self, row, regressor, rank);
 }
 
 void peer_qr_index_step(index_t *self, const subspace_config_t *config, const index_config_t *row, const robot_t *robot,
-                        const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration) {
+                        const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration,
+                        const regressor_t *regressor) {
     const index_kind_t kind = (index_kind_t)row->kind;
     const float *const torque = torque_of(config, observer);
     (void)robot;
     if ((kind != INDEX_PAYLOAD) && (kind != INDEX_CONTACT)) {
         memcpy(self->unexplained, torque, sizeof(self->unexplained));
-        finish(self, row, acceleration, 0);
+        finish(self, row, regressor, 0);
         return;
     }
     const peer_task_t task = task_of(config, kind, motion, &acceleration->sideways);
-    finish(self, row, acceleration, peer_qr_project(&task, torque, self->unexplained));
+    finish(self, row, regressor, peer_qr_project(&task, torque, self->unexplained));
 }
 
 void peer_pinocchio_motion_step(motion_t *self, const robot_t *robot, const float q[], const float qd[]) {

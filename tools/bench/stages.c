@@ -26,6 +26,7 @@ typedef struct {
     motion_t motion;
     observer_t observer;
     acceleration_t acceleration;
+    regressor_t regressor;
     index_t index;
     explained_t explained;
     bank_t bank;
@@ -46,13 +47,16 @@ static void step(const bench_state_t *state, const task_config_t *task, tally_t 
     spent[STAGE_OBSERVER] = stretch_end();
     acceleration_step(&core.acceleration, &config->acceleration, &config->observer, &core.observer, robot, &core.motion,
                       state->velocity, state->acceleration, task->limits.mass_max_kg);
-    index_step(&core.index, &config->subspace, &task->index, robot, &core.motion, &core.observer, &core.acceleration);
+    regressor_step(&core.regressor, &config->regressor, &config->observer, robot, &core.motion, &core.observer,
+                   &core.acceleration, state->velocity);
+    index_step(&core.index, &config->subspace, &task->index, robot, &core.motion, &core.observer, &core.acceleration,
+               &core.regressor);
     spent[STAGE_INDEX] = stretch_end();
     explained_step(&core.explained, &task->limits, &config->subspace, task->detector.debounce_ticks, robot,
                    &core.observer, &core.acceleration, &task->index, &core.index);
     spent[STAGE_EXPLAINED] = stretch_end();
     bank_step(&core.bank, &config->bank, robot->joint_count, core.observer.gap, core.index.unexplained,
-              core.explained.token);
+              core.index.sudden, core.explained.token);
     spent[STAGE_BANK] = stretch_end();
     detector_step(&core.detector, &task->detector, robot->joint_count, &core.bank);
     spent[STAGE_DETECTOR] = stretch_end();
@@ -72,6 +76,7 @@ static void count_task(const char *name, const task_config_t *task, uint32_t col
     motion_init(&core.motion);
     observer_init(&core.observer);
     acceleration_init(&core.acceleration);
+    regressor_init(&core.regressor);
     index_init(&core.index);
     explained_init(&core.explained);
     bank_init(&core.bank);
@@ -81,7 +86,7 @@ static void count_task(const char *name, const task_config_t *task, uint32_t col
     for (uint32_t i = 0; i < STATES; ++i) {
         (void)states_next(&state, &board_config, &random, i);
         step(&state, task, tally);
-        deficient += (core.index.subspace.rank < columns) ? 1u : 0u;
+        deficient += (core.index.rank < columns) ? 1u : 0u;
     }
     for (uint32_t stage = 0; stage < STAGE_COUNT; ++stage) {
         report_tally(name, STAGE_NAMES[stage], &tally[stage]);

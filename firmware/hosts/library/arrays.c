@@ -8,13 +8,15 @@ static void copy(num_t to[], const num_t from[], uint32_t count) {
 
 static uint32_t saturations(const tauperp_core_t *core) {
     return core->motion.saturations + core->observer.saturations + core->acceleration.saturations +
-           core->index.saturations + core->bank.saturations;
+           core->regressor.saturations + core->index.saturations + core->index.subspace.saturations +
+           core->index.soft.saturations + core->bank.saturations;
 }
 
 void tauperp_core_init(tauperp_core_t *self) {
     motion_init(&self->motion);
     observer_init(&self->observer);
     acceleration_init(&self->acceleration);
+    regressor_init(&self->regressor);
     index_init(&self->index);
     bank_init(&self->bank);
     detector_init(&self->detector);
@@ -34,9 +36,11 @@ uint32_t tauperp_core_steps(tauperp_core_t *self, const guard_config_t *config, 
         observer_step(&self->observer, &config->observer, n, &self->motion, &tau[at], 1u);
         acceleration_step(&self->acceleration, &config->acceleration, &config->observer, &self->observer, robot,
                           &self->motion, &qd[at], wanted, chosen->limits.mass_max_kg);
+        regressor_step(&self->regressor, &config->regressor, &config->observer, robot, &self->motion, &self->observer,
+                       &self->acceleration, &qd[at]);
         index_step(&self->index, &config->subspace, &chosen->index, robot, &self->motion, &self->observer,
-                   &self->acceleration);
-        bank_step(&self->bank, &config->bank, n, self->observer.gap, self->index.unexplained, 0u);
+                   &self->acceleration, &self->regressor);
+        bank_step(&self->bank, &config->bank, n, self->observer.gap, self->index.unexplained, self->index.sudden, 0u);
         detector_step(&self->detector, &chosen->detector, n, &self->bank);
         if (saturations(self) != before) {
             return row;

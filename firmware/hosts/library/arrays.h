@@ -14,6 +14,7 @@ typedef struct {
     motion_t motion;
     observer_t observer;
     acceleration_t acceleration;
+    regressor_t regressor;
     index_t index;
     bank_t bank;
     detector_t detector;
@@ -23,7 +24,7 @@ void tauperp_core_init(tauperp_core_t *self);
 
 /* One cycle a row, each a period after the one before.
  *
- * task           (rows) as on the wire: 1 none, 2 payload, 3 contact; each has to be on in the configuration
+ * task           (rows) as on the wire; each has to be on in the configuration
  * q, qd, tau     rad, rad/s, Nm
  * acceleration   (rows, 3) m/s2
  * residual, index, threshold   r, the index in the channel nearest to its threshold, and that threshold, Nm

@@ -100,8 +100,8 @@ const char *block_problem(guard_status_t status) {
         return "a period, deadline or budget is out of its range";
     case GUARD_BAD_TASK:
         return "a task has a threshold or debounce that is not positive or an unknown index, or no task is on";
-    case GUARD_CONTACT_NEEDS_7_JOINTS:
-        return "d_e needs 7 joints: with fewer it would see nothing";
+    case GUARD_CONTACT_NEEDS_JOINTS:
+        return "a contact explains as many directions as the arm has joints: it would see nothing";
     case GUARD_PAYLOAD_NEEDS_6_JOINTS:
         return "d_p needs 6 joints: with fewer it would see nothing";
     case GUARD_BAD_OBSERVER:

@@ -44,6 +44,7 @@ const uint8_t reason_class_of[GUARD_REASON_COUNT] = {
     [GUARD_REASON_EXPLAINED_FORCE] = REASON_STOPPED,
     [GUARD_REASON_EXPLAINED_MOMENT] = REASON_STOPPED,
     [GUARD_REASON_RESIDUAL_LIMIT] = REASON_STOPPED,
+    [GUARD_REASON_SUDDEN] = REASON_STOPPED,
 };
 
 const char *const guard_state_name[GUARD_STATE_COUNT] = {
@@ -56,5 +57,5 @@ const char *const guard_reason_name[GUARD_REASON_COUNT] = {
     "ConfigCorrupt", "StateCorrupt", "SelfTestFailed", "StageMissed", "BusOff", "BusDown", "RxOverflow",
     "Shutdown", "TimeBackwards", "Saturated", "Settling", "AnotherGuard", "AwaitingReset", "Restarted",
     "RestartLimit", "CycleJump", "ObserverRestart", "Implausible", "Frozen", "ErrorRate", "AnotherSender",
-    "ClockRate", "ClockStopped", "ExplainedForce", "ExplainedMoment", "ResidualLimit",
+    "ClockRate", "ClockStopped", "ExplainedForce", "ExplainedMoment", "ResidualLimit", "Sudden",
 };

@@ -18,7 +18,13 @@ PAYLOAD_EDGES_KG = (0.0, 0.5, 1.0, 2.0, 3.0, math.inf)
 ROC_POINTS = 200
 
 # Stops for what the guard computed; every other one is for an input.
-DETECTION = (Reason.COLLISION, Reason.EXPLAINED_FORCE, Reason.EXPLAINED_MOMENT, Reason.RESIDUAL_LIMIT)
+DETECTION = (
+    Reason.COLLISION,
+    Reason.SUDDEN,
+    Reason.EXPLAINED_FORCE,
+    Reason.EXPLAINED_MOMENT,
+    Reason.RESIDUAL_LIMIT,
+)
 
 BoolArray = npt.NDArray[np.bool_]
 

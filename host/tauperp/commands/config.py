@@ -4,7 +4,7 @@ import argparse
 import json
 from typing import Any
 
-from tauperp.config import NUMERICS, TASKS, Configuration, Numeric, load_configuration
+from tauperp.config import NUMERICS, Configuration, Numeric, load_configuration
 from tauperp.files import write_atomically
 from tauperp.firmware import reaction_us
 from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
@@ -78,7 +78,7 @@ def _summary(configuration: Configuration, numeric: Numeric, block: bytes) -> di
                 "threshold_nm": configuration.threshold_nm(name).tolist(),
                 "debounce_ticks": settings.task[name].debounce_ticks,
             }
-            for name in TASKS
+            for name in settings.task.numbers
         },
         "deadline_cycles": {kind: configuration.timeout_cycles(kind) for kind in ("sync", "joint", "task")},
         "tick_budget_us": configuration.tick_budget_us,

@@ -15,11 +15,11 @@ Numeric = Literal["float32", "q9.22"]
 MAX_JOINTS = 8  # ROBOT_MAX_JOINTS
 NAME_LENGTH = 16  # ROBOT_NAME_LENGTH
 MAX_GAP = 4  # CONFIG_MAX_GAP
-TASK_COUNT = 4
+TASK_COUNT = 7
 MAX_CHANNELS = 4  # BANK_MAX_CHANNELS
 
 MAGIC = 0x50524554  # "TERP"
-SCHEMA = 2
+SCHEMA = 3
 NUMERICS: dict[Numeric, int] = {"float32": 1, "q9.22": 2}
 CRC_END = 16  # magic, schema, size and the CRC itself are outside of what it covers
 
@@ -63,13 +63,26 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
         ]
     )
     channel = np.dtype(
-        [(field, num, MAX_GAP) for field in ("own", "cross", "back", "stay", "in", "in_back", "high_pass")]
+        [
+            *((field, num, MAX_GAP) for field in ("own", "cross", "back", "stay", "in", "in_back", "high_pass")),
+            ("of", word),
+        ]
     )
     bank = np.dtype([("channels", word), ("channel", channel, MAX_CHANNELS)])
-    subspace = np.dtype([("order", word), ("tolerance", num), ("lever_m", num), ("softness", num)])
+    subspace = np.dtype([("order", word), ("projector", word), ("tolerance", num), ("lever_m", num), ("softness", num)])
     acceleration = np.dtype([("force_floor_n", num), ("error_max", num)])
+    regressor = np.dtype([("used", word), ("low_pass", channel)])
     sensor = np.dtype([("offset_nm", num, MAX_JOINTS), ("friction_nm", num, MAX_JOINTS)])
-    index = np.dtype([("kind", word), ("components", word)])
+    index = np.dtype(
+        [
+            ("kind", word),
+            ("components", word),
+            ("fast", word),
+            ("frame", word),
+            ("axis", num, (3, 3)),
+            ("point", num, 3),
+        ]
+    )
     detector = np.dtype(
         [("debounce_ticks", word), ("channels", word), ("threshold_nm", num, (MAX_CHANNELS, MAX_JOINTS))]
     )
@@ -98,6 +111,7 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
             ("bank", bank),
             ("subspace", subspace),
             ("acceleration", acceleration),
+            ("regressor", regressor),
             ("sensor", sensor),
             ("task", task, TASK_COUNT),
             ("robot", robot),

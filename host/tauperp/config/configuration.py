@@ -19,7 +19,7 @@ from tauperp.config.block import (
     pack,
     passing_channel,
 )
-from tauperp.config.settings import TASKS, Channel, Settings, TaskName
+from tauperp.config.settings import COMPONENTS, TASKS, Channel, Component, Settings, Task
 from tauperp.errors import InputError
 from tauperp.toml import validate
 from tauperp.wire import Wire
@@ -27,8 +27,11 @@ from tauperp.wire import Wire
 if TYPE_CHECKING:
     from tauperp.robot import Robot
 
-_INDEXES = {"off": 0, "r": 1, "d_p": 2, "d_e": 3}
+_INDEXES = {"off": 0, "r": 1, "d_p": 2, "d_e": 3, "d_f": 3, "d_r": 4}
 _ORDERS = {"filter_first": 1, "project_first": 2}
+_PROJECTORS = {"hard": 1, "soft": 2}
+_CHANNELS_OF = {"unexplained": 0, "sudden": 1}
+_FRAMES = {"base": 1, "tool": 2}  # FRAME_BASE, FRAME_TOOL
 _TORQUE_SAMPLES = {"interval": 1, "instant": 2}
 _FORMATS = {"classic": 1, "fd": 2}
 
@@ -38,18 +41,34 @@ THRESHOLD_SHARE = 3  # a threshold is at most the joint's torque limit over this
 SENSOR_SHARE = 4  # offset and friction are at most the torque limit over this: CONFIG_SENSOR_SHARE
 RESIDUAL_SHARE = 2  # a limit on |r| is at most the torque limit times this: CONFIG_RESIDUAL_SHARE
 FORCE_LIMIT_N = 400.0  # EXPLAINED_FORCE_LIMIT
-ALL_COMPONENTS = 0x3F
+SOFT_MIN = 0.004  # of a soft projector's tolerance
+ALL_COMPONENTS: tuple[Component, ...] = ("fx", "fy", "fz", "mx", "my", "mz")
 DEBOUNCE_MAX_S = 0.1
 
 LOAD_LIMIT = 0.9  # of the bus at worst; above, a burst of errors has no room left to be repeated in
 
 # Dimensions that the task explains (columns of eqs. 7 and 20): an arm needs more joints for anything to be left over.
-_EXPLAINED = {"off": 0, "r": 0, "d_p": 5, "d_e": 6}
+_EXPLAINED = {"off": 0, "r": 0, "d_p": 5, "d_r": 5, "d_e": 6}
 
 
-def is_blind(index: str, joints: int) -> bool:
+def components_of(task: Task) -> tuple[Component, ...]:
+    """The wrench components that a contact explains; none for another index."""
+    return ALL_COMPONENTS if task.index == "d_e" else tuple(task.components) if task.index == "d_f" else ()
+
+
+def explained_directions(task: Task) -> int:
+    """How many directions of torque the task explains at most."""
+    return len(set(task.components)) if task.index == "d_f" else _EXPLAINED[task.index]
+
+
+def is_blind(task: Task, joints: int) -> bool:
     """True if the task explains every direction that an arm of so many joints has."""
-    return index not in ("off", "r") and joints <= _EXPLAINED[index]
+    return task.index not in ("off", "r") and joints <= explained_directions(task)
+
+
+def index_is_blind(index: str, joints: int) -> bool:
+    """The same of an index that needs no components."""
+    return 0 < joints <= _EXPLAINED[index]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -92,18 +111,44 @@ class Configuration:
             self._refuse("subspace.softness_nm_per_n", "below tolerance_nm_per_n")
         if settings.subspace.order == "filter_first" and settings.bank.channel:
             self._refuse("bank.channel", "order 'filter_first' has the observer as its only filter")
-        if settings.bank.channel and all(channel.high_pass_hz > 0 for channel in settings.bank.channel):
+        if settings.subspace.projector == "soft" and settings.subspace.tolerance_nm_per_n < SOFT_MIN:
+            self._refuse("subspace.tolerance_nm_per_n", f"a soft projector needs at least {SOFT_MIN:g}")
+        channels = settings.bank.channel
+        if any(channel.of == "sudden" and channel.high_pass_hz == 0 for channel in channels):
+            self._refuse("bank.channel", "a channel of 'sudden' needs a high-pass")
+        if channels and all(channel.high_pass_hz > 0 for channel in channels):
             self._refuse("bank.channel", "every channel has a high-pass: a force that stays would not be seen")
-        for name in TASKS:
+        names = list(self.settings.task.numbers)
+        if len(names) != len(TASKS) + len(settings.task.more):
+            self._refuse("task.more", "two tasks have the same name")
+        for name in names:
             self._check_task(name)
 
-    def _check_task(self, name: TaskName) -> None:
+    def _check_components(self, name: str) -> None:
+        task, place = self.settings.task[name], f"task.{name}"
+        subspace = self.settings.subspace
+        if task.index == "d_r" and (subspace.order != "project_first" or subspace.projector != "soft"):
+            self._refuse(f"{place}.index", "d_r needs order 'project_first' and the soft projector")
+        if task.index == "d_f" and not task.components:
+            self._refuse(f"{place}.components", "d_f needs at least one of " + ", ".join(COMPONENTS))
+        if task.index != "d_f" and (task.components or task.frame != "base" or any(task.point_m)):
+            self._refuse(f"{place}.index", f"components, frame and point_m belong to d_f, not to {task.index}")
+        if task.fast:
+            if not set(task.fast) <= set(components_of(task)):
+                self._refuse(f"{place}.fast", "names a component that the task does not explain")
+            if self.settings.subspace.projector != "soft":
+                self._refuse(f"{place}.fast", "needs the soft projector")
+            if not any(channel.of == "sudden" for channel in self.settings.bank.channel):
+                self._refuse(f"{place}.fast", "needs a bank.channel of 'sudden'")
+
+    def _check_task(self, name: str) -> None:
         task, n = self.settings.task[name], self.robot.n
         place = f"task.{name}.threshold_nm"
-        if is_blind(task.index, n):
+        self._check_components(name)
+        if is_blind(task, n):
             self._refuse(
                 f"task.{name}.index",
-                f"{task.index} explains {_EXPLAINED[task.index]} directions, "
+                f"{task.index} explains {explained_directions(task)} directions, "
                 f"so with the {n} joints of {self.robot.name} it would see nothing; use 'r' or 'off'",
             )
         if task.index == "off":
@@ -177,7 +222,7 @@ class Configuration:
         own = self.settings.reset.healthy_ms
         return self.settling_us if own is None else round(own * 1000)
 
-    def thresholds_nm(self, task: TaskName) -> npt.NDArray[np.float64]:
+    def thresholds_nm(self, task: str) -> npt.NDArray[np.float64]:
         """Thresholds of a task, (channels, n) Nm; zeros where its index is off."""
         settings = self.settings.task[task]
         if settings.index == "off":
@@ -189,11 +234,11 @@ class Configuration:
             (self.channels, 1)
         )
 
-    def threshold_nm(self, task: TaskName) -> npt.NDArray[np.float64]:
+    def threshold_nm(self, task: str) -> npt.NDArray[np.float64]:
         """Thresholds of a task in the bank's first channel, (n,) Nm; zeros where its index is off."""
         return self.thresholds_nm(task)[0]
 
-    def residual_max_nm(self, task: TaskName) -> npt.NDArray[np.float64]:
+    def residual_max_nm(self, task: str) -> npt.NDArray[np.float64]:
         """Limits of a task on |r|, (n,) Nm: its own, else each joint's torque limit."""
         own = self.settings.task[task].limits.residual_max_nm
         if own:
@@ -272,6 +317,7 @@ class Configuration:
             "bank": {"channels": self.channels, "channel": self._channel_values()},
             "subspace": {
                 "order": _ORDERS[settings.subspace.order],
+                "projector": _PROJECTORS[settings.subspace.projector],
                 "tolerance": settings.subspace.tolerance_nm_per_n,
                 "lever_m": settings.subspace.lever_m,
                 "softness": settings.subspace.softness_nm_per_n,
@@ -280,35 +326,65 @@ class Configuration:
                 "force_floor_n": settings.acceleration.force_floor_n,
                 "error_max": settings.acceleration.error_max_m_s2,
             },
+            "regressor": self._regressor_values(),
             "sensor": {
                 "offset_nm": self._by_joint(settings.sensor.offset_nm),
                 "friction_nm": self._by_joint(settings.sensor.friction_nm),
             },
-            "task": [{}, *(self._task_values(name) for name in TASKS)],
+            "task": [{}, *(self._task_values(name) for name in settings.task.numbers)],
             "robot": robot,
         }
 
-    def _task_values(self, name: TaskName) -> dict[str, Any]:
+    def _task_values(self, name: str) -> dict[str, Any]:
         task = self.settings.task[name]
         if task.index == "off":
             return {}
         limits = task.limits.model_dump(exclude={"residual_max_nm"})
         return {
-            "index": {"kind": _INDEXES[task.index], "components": ALL_COMPONENTS if task.index == "d_e" else 0},
+            "index": self._index_values(task),
             "detector": {
                 "debounce_ticks": task.debounce_ticks,
-                "channels": (1 << self.channels) - 1,
+                "channels": self.watched(name),
                 "threshold_nm": self.thresholds_nm(name),
             },
             "limits": {**limits, "residual_max_nm": self.residual_max_nm(name)},
         }
 
-    def _channel_values(self) -> list[dict[str, npt.NDArray[np.float64]]]:
+    def watched(self, name: str) -> int:
+        """The channels that a task watches, a bit for each: those of `sudden` only where it has fast components."""
+        bank, fast = self.settings.bank.channel, self.settings.task[name].fast
+        ofs = [channel.of for channel in bank] or ["unexplained"]
+        return sum(1 << place for place, of in enumerate(ofs) if of == "unexplained" or fast)
+
+    def _index_values(self, task: Task) -> dict[str, Any]:
+        values: dict[str, Any] = {
+            "kind": _INDEXES[task.index],
+            "components": sum(1 << COMPONENTS[name] for name in set(components_of(task))),
+            "fast": sum(1 << COMPONENTS[name] for name in set(task.fast)),
+        }
+        if task.frame == "tool" or any(task.point_m):
+            tool = self.robot.table().tool
+            values["frame"] = _FRAMES[task.frame]
+            values["axis"] = tool.T if task.frame == "tool" else np.eye(3)
+            values["point"] = tool @ np.array(task.point_m)
+        return values
+
+    def _regressor_values(self) -> dict[str, Any]:
+        settings = self.settings
+        if all(settings.task[name].index != "d_r" for name in settings.task.numbers):
+            return {}
+        own, gain, period_s = settings.regressor, settings.observer.gain_per_s, self.period_us * 1e-6
+        return {"used": 1, "low_pass": channel_constants(own.low_pass_per_s, 2, own.damping, 0.0, gain, period_s)}
+
+    def _channel_values(self) -> list[dict[str, Any]]:
         gain, period_s = self.settings.observer.gain_per_s, self.period_us * 1e-6
         if self.settings.subspace.order == "filter_first":
             return [passing_channel()]
         channels = self.settings.bank.channel or [Channel(low_pass_per_s=gain)]
         return [
-            channel_constants(one.low_pass_per_s, one.order, one.damping, one.high_pass_hz, gain, period_s)
+            {
+                **channel_constants(one.low_pass_per_s, one.order, one.damping, one.high_pass_hz, gain, period_s),
+                "of": _CHANNELS_OF[one.of],
+            }
             for one in channels
         ]

@@ -51,8 +51,8 @@ def load_configuration(
     for task in TASKS:
         chosen = settings.task[task]
         asked_for = not is_preset and "index" in own.get("task", {}).get(task, {})
-        if is_blind(chosen.index, arm.n) and not asked_for:
-            off = settings.task.model_copy(update={task: chosen.model_copy(update={"index": "off"})})
+        if is_blind(chosen, arm.n) and not asked_for:
+            off = settings.task.model_copy(update={task: chosen.model_copy(update={"index": "off", "fast": []})})
             settings = settings.model_copy(update={"task": off})
     return Configuration(settings, arm, Wire.read(), name)
 

@@ -11,13 +11,16 @@ from tauperp.config.block import MAX_CHANNELS, MAX_GAP, MAX_JOINTS
 from tauperp.toml import Table
 
 TaskName = Literal["none", "payload", "contact"]
-IndexName = Literal["off", "r", "d_p", "d_e"]
+IndexName = Literal["off", "r", "d_p", "d_r", "d_e", "d_f"]
+Component = Literal["fx", "fy", "fz", "mx", "my", "mz"]
 StopCategory = Literal[0, 1, 2]
 EarlyStop = Literal[0, 1]  # holding under power is for a collision only
 
 MAX_INPUT_CYCLES = 15  # the E2E counter of Sync and TaskCommand cannot tell more
 
 TASKS: dict[TaskName, int] = {"none": 1, "payload": 2, "contact": 3}  # numbers as on the wire
+COMPONENTS: dict[Component, int] = {"fx": 0, "fy": 1, "fz": 2, "mx": 3, "my": 4, "mz": 5}  # bits of index_config_t
+MAX_MORE = 3  # tasks of one's own, with the numbers 4, 5 and 6
 
 
 def _one_or_many(value: Any) -> Any:
@@ -66,6 +69,7 @@ class Channel(Table):
     order: Literal[1, 2] = 1
     damping: float = Field(default=0.7, gt=0.3, lt=1)  # of order 2
     high_pass_hz: float = Field(default=0.0, ge=0, le=10)  # 0: none
+    of: Literal["unexplained", "sudden"] = "unexplained"  # sudden: what only a task's fast components leave
 
 
 class Bank(Table):
@@ -76,6 +80,7 @@ class Bank(Table):
 
 class Subspace(Table):
     order: Literal["project_first", "filter_first"]  # of projection and filter; filter_first is the paper's
+    projector: Literal["hard", "soft"]  # soft: continuous at singularities, with the tolerance as its s
     tolerance_nm_per_n: float = Field(gt=0, le=0.1)
     lever_m: float = Field(gt=0, le=1)
     softness_nm_per_n: float = Field(gt=0, le=0.2)  # of the estimate that the limits look at
@@ -86,6 +91,13 @@ class Acceleration(Table):
 
     force_floor_n: float = Field(gt=0, le=20)  # below: mass_max_kg times the acceleration cannot matter
     error_max_m_s2: float = Field(gt=0, le=10)  # between commanded and measured; beyond: it is not believed
+
+
+class Regressor(Table):
+    """The low-pass in front of the payload's regressor (d_r), of second order."""
+
+    low_pass_per_s: float = Field(default=120.0, gt=0, le=500)
+    damping: float = Field(default=0.7, gt=0.3, lt=1)
 
 
 class Limits(Table):
@@ -121,16 +133,34 @@ class Task(Table):
         default=[], max_length=MAX_JOINTS
     )  # one for every joint, or one a joint; or for each channel a list of these
     debounce_ticks: int = Field(ge=1, le=1000)
+    components: list[Component] = Field(default=[], max_length=6)  # d_f: what the contact can transmit
+    fast: list[Component] = Field(default=[], max_length=6)  # those of them that may change fast
+    frame: Literal["base", "tool"] = "base"  # of the components' axes
+    point_m: Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
     limits: Limits
+
+
+class OwnTask(Task):
+    """A task beyond the three usual ones."""
+
+    name: str = Field(pattern="^[a-z][a-z0-9_]{0,15}$")
 
 
 class Tasks(Table):
     none: Task
     payload: Task
     contact: Task
+    more: list[OwnTask] = Field(default=[], max_length=MAX_MORE)  # the wire's tasks 4, 5 and 6
 
-    def __getitem__(self, name: TaskName) -> Task:
-        return {"none": self.none, "payload": self.payload, "contact": self.contact}[name]
+    @property
+    def numbers(self) -> dict[str, int]:
+        """Every task that the file has, with its number on the wire."""
+        numbers: dict[str, int] = dict(TASKS.items())
+        return numbers | {task.name: len(TASKS) + 1 + place for place, task in enumerate(self.more)}
+
+    def __getitem__(self, name: str) -> Task:
+        rows: dict[str, Task] = {"none": self.none, "payload": self.payload, "contact": self.contact}
+        return {**rows, **{task.name: task for task in self.more}}[name]
 
 
 class Deadline(Table):
@@ -166,6 +196,7 @@ class Settings(Table):
     subspace: Subspace
     sensor: Sensor = Sensor()
     acceleration: Acceleration
+    regressor: Regressor = Regressor()
     task: Tasks
     deadline: Deadline
     reset: Reset = Reset()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.config import TASKS, Configuration, Numeric, TaskName, load_configuration
+from tauperp.config import Configuration, Numeric, load_configuration
 from tauperp.config.block import MAX_JOINTS
 from tauperp.errors import InputError
 from tauperp.firmware.library import FloatArray, Library, load_library
@@ -180,15 +180,15 @@ class Core:
         q: npt.ArrayLike,
         qd: npt.ArrayLike,
         tau: npt.ArrayLike,
-        task: TaskName | int | npt.ArrayLike,
+        task: str | int | npt.ArrayLike,
         accel: npt.ArrayLike | None = None,
     ) -> Step:
         """One cycle of the observer and of the task's index; cycles follow each other by the configured period.
 
         q, qd, tau   (n,) rad, rad/s, Nm: link-side joint torque, positive as the drive turns the link; or (m, n) for m
                      cycles in one call, with results (m, n)
-        task         "none", "payload", "contact", or the wire's 1, 2, 3; may change with any step; for m cycles also
-                     (m,) numbers
+        task         "none", "payload", "contact", a name under `task.more`, or its number on the wire; may change with
+                     any step; for m cycles also (m,) numbers
         accel        (3,) desired acceleration of the end-effector in the base frame, m/s^2; None is zero; for m cycles
                      also (m, 3). Only the payload's index uses it.
 
@@ -204,7 +204,7 @@ class Core:
         q: npt.ArrayLike,
         qd: npt.ArrayLike,
         tau: npt.ArrayLike,
-        task: TaskName | int | npt.ArrayLike,
+        task: str | int | npt.ArrayLike,
         accel: npt.ArrayLike | None = None,
     ) -> list[CoreTrip]:
         """Where the index of a recording goes above its threshold for the debounce time, from a `reset` on.
@@ -233,7 +233,7 @@ class Core:
         q: npt.ArrayLike,
         qd: npt.ArrayLike,
         tau: npt.ArrayLike,
-        task: TaskName | int | npt.ArrayLike,
+        task: str | int | npt.ArrayLike,
         accel: npt.ArrayLike | None,
     ) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.uint8]]:
         """Residual, index and threshold, (m, n) each, and (m,) the joint that is above its threshold, or 0."""
@@ -257,9 +257,9 @@ class Core:
         residual, index, threshold = (library.from_num(result) for result in results)
         return residual, index, threshold, tripped
 
-    def _tasks(self, task: TaskName | int | npt.ArrayLike, rows: int) -> npt.NDArray[np.uint8]:
+    def _tasks(self, task: str | int | npt.ArrayLike, rows: int) -> npt.NDArray[np.uint8]:
         if isinstance(task, str | int):
-            return np.full(rows, self._task_number(cast("TaskName | int", task)), np.uint8)
+            return np.full(rows, self._task_number(cast("str | int", task)), np.uint8)
         numbers = np.asarray(task)
         if numbers.shape != (rows,) or numbers.dtype.kind not in "iu":
             raise ValueError(f"task: shape {numbers.shape} of {numbers.dtype}, must be whole numbers ({rows},)")
@@ -291,16 +291,17 @@ class Core:
         if done < rows:
             raise OverflowError(f"row {done}: a result does not fit into {self._library.numeric}")
 
-    def _task_number(self, task: TaskName | int) -> int:
-        names = {number: name for name, number in TASKS.items()}
+    def _task_number(self, task: str | int) -> int:
+        numbers = self.configuration.settings.task.numbers
+        names = {number: name for name, number in numbers.items()}
         name = names.get(task) if isinstance(task, int) else task
-        if name not in TASKS:
-            raise InputError(f"task: {task!r} is unknown (there are {', '.join(TASKS)})")
+        if name not in numbers:
+            raise InputError(f"task: {task!r} is unknown (there are {', '.join(numbers)})")
         if self.configuration.settings.task[name].index == "off":
             raise InputError(
                 f"task: {name!r} is off for the {self.n} joints of {self.robot.name} in {self.configuration.source}"
             )
-        return TASKS[name]
+        return numbers[name]
 
     def _check_saturations(self, count: int) -> None:
         if count:

@@ -20,7 +20,13 @@ from tauperp.replay.recording import FloatArray, Touch
 FOUND_GOAL = 0.9  # share of the labelled touches
 TESTED_GOAL = 0.5  # share of the untouched time with permission, below which a recording counts as not tested
 AFTER_TOUCH_S = 0.2  # in which the index comes down again
-CONTACT = (Reason.COLLISION, Reason.EXPLAINED_FORCE, Reason.EXPLAINED_MOMENT, Reason.RESIDUAL_LIMIT)
+CONTACT = (
+    Reason.COLLISION,
+    Reason.SUDDEN,
+    Reason.EXPLAINED_FORCE,
+    Reason.EXPLAINED_MOMENT,
+    Reason.RESIDUAL_LIMIT,
+)
 
 
 @dataclasses.dataclass(frozen=True)

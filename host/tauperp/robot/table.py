@@ -56,6 +56,7 @@ class RobotTable:
     base: Array  # (3, 3)
     gravity: Array  # (3,)
     tip: Array  # (3,)
+    tool: Array  # (3, 3) of the tip link in the last joint's frame; not in robot_t
     joint: tuple[TableJoint, ...]
 
 
@@ -106,6 +107,7 @@ def make_table(robot: Robot) -> RobotTable:
         base=base,
         gravity=_clean(robot.gravity),
         tip=_clean(to_table[-1] @ robot.tip - slide[-1] * z),
+        tool=_clean(to_table[-1] @ robot.tip_rotation),
         joint=joints,
     )
 

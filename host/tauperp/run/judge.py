@@ -35,6 +35,7 @@ DETECTIONS = (
     Reason.EXPLAINED_FORCE,
     Reason.EXPLAINED_MOMENT,
     Reason.RESIDUAL_LIMIT,
+    Reason.SUDDEN,
     Reason.INPUT_RANGE,
 )
 SILENCE = "SILENCE"  # of a stop for want of any StopCommand

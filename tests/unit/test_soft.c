@@ -1,0 +1,179 @@
+#include "soft.h"
+
+#include "core_fixture.h"
+
+#define N 7u
+#define K SUBSPACE_MAX_COLUMNS
+
+static soft_t soft;
+static num_t column[K][ROBOT_MAX_JOINTS];
+
+void setUp(void) {
+    soft_init(&soft);
+    memset(column, 0, sizeof(column));
+}
+void tearDown(void) {
+    TEST_ASSERT_EQUAL(0, soft.saturations);
+}
+
+static void step(uint32_t k, double s) {
+    soft_step(&soft, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, num_of(s));
+}
+
+static void any_columns(uint32_t k, double size) {
+    for (uint32_t c = 0; c < k; ++c) {
+        for (uint32_t i = 0; i < N; ++i) {
+            column[c][i] = num_of(size * random_one());
+        }
+    }
+}
+
+/* x with (I + A A^T / s^2) x = tau, by Gauss' elimination in double. */
+static void solve(uint32_t k, double s, const double tau[N], double x[N]) {
+    double m[N][N + 1u];
+    for (uint32_t i = 0; i < N; ++i) {
+        for (uint32_t j = 0; j < N; ++j) {
+            m[i][j] = (i == j) ? 1.0 : 0.0;
+            for (uint32_t c = 0; c < k; ++c) {
+                m[i][j] += value_of(column[c][i]) * value_of(column[c][j]) / (s * s);
+            }
+        }
+        m[i][N] = tau[i];
+    }
+    for (uint32_t p = 0; p < N; ++p) { /* positive definite: no pivoting */
+        for (uint32_t i = 0; i < N; ++i) {
+            const double factor = (i == p) ? 0.0 : (m[i][p] / m[p][p]);
+            for (uint32_t j = 0; j <= N; ++j) {
+                m[i][j] -= factor * m[p][j];
+            }
+        }
+    }
+    for (uint32_t i = 0; i < N; ++i) {
+        x[i] = m[i][N] / m[i][i];
+    }
+}
+
+static void test_what_is_left_solves_the_normal_equations(void) {
+    random_start(301);
+    for (int round = 0; round < DRAWS(3000); ++round) {
+        const uint32_t k = (uint32_t)round % (K + 1u);
+        const double s = (round % 2 == 0) ? 0.005 : 0.05;
+        double tau[N], expected[N];
+        num_t torque[ROBOT_MAX_JOINTS] = {NUM(0)}, rejected[ROBOT_MAX_JOINTS];
+        any_columns(k, (round % 3 == 0) ? 0.02 : 0.8);
+        for (uint32_t i = 0; i < N; ++i) {
+            torque[i] = num_of(30.0 * random_one());
+            tau[i] = value_of(torque[i]);
+        }
+        step(k, s);
+        soft_reject(&soft, torque, rejected, 0u, NULL);
+        solve(k, value_of(num_of(s)), tau, expected);
+        for (uint32_t i = 0; i < N; ++i) {
+            ASSERT_CLOSE(expected[i], value_of(rejected[i]), IF_FIXED(5e-3, 5e-4));
+        }
+    }
+}
+
+static void test_the_first_columns_alone_are_a_projection_of_their_own(void) {
+    random_start(302);
+    for (int round = 0; round < DRAWS(300); ++round) {
+        num_t torque[ROBOT_MAX_JOINTS] = {NUM(0)}, all[ROBOT_MAX_JOINTS], alone[ROBOT_MAX_JOINTS];
+        num_t part[ROBOT_MAX_JOINTS], whole[ROBOT_MAX_JOINTS];
+        any_columns(K, 0.8);
+        for (uint32_t i = 0; i < N; ++i) {
+            torque[i] = num_of(30.0 * random_one());
+        }
+        step(K, 0.01);
+        soft_reject(&soft, torque, whole, 0u, NULL);
+        soft_reject(&soft, torque, all, 3u, part);
+        TEST_ASSERT_EQUAL_MEMORY(whole, all, N * sizeof(num_t));
+        step(3u, 0.01);
+        soft_reject(&soft, torque, alone, 0u, NULL);
+        TEST_ASSERT_EQUAL_MEMORY(alone, part, N * sizeof(num_t));
+        soft_reject(&soft, torque, all, 3u, part); /* all of them are the first */
+        TEST_ASSERT_EQUAL_MEMORY(alone, part, N * sizeof(num_t));
+        TEST_ASSERT_EQUAL_MEMORY(alone, all, N * sizeof(num_t));
+    }
+}
+
+/* Two columns at an angle that goes to zero and back: the rank falls to one and comes back. */
+static void test_the_index_is_continuous_through_a_change_of_rank(void) {
+    const double s = 0.005, force = 60.0;
+    double before = 0.0;
+    for (int k = -1000; k <= 1000; ++k) { /* sigma_min from 0.1 to 0 and back */
+        const double angle = 1e-4 * k;
+        num_t torque[ROBOT_MAX_JOINTS] = {NUM(0)}, rejected[ROBOT_MAX_JOINTS];
+        column[0][0] = NUM(1);
+        column[1][0] = num_of(cos(angle));
+        column[1][1] = num_of(sin(angle));
+        for (uint32_t i = 0; i < N; ++i) { /* the force along the second column alone */
+            torque[i] = num_of(force * value_of(column[1][i]));
+        }
+        step(2u, s);
+        soft_reject(&soft, torque, rejected, 0u, NULL);
+        const double left = value_of(rejected[1]);
+        TEST_ASSERT_TRUE(fabs(left) <= force * s / 2.0 + 1e-3);
+        TEST_ASSERT_TRUE((k == -1000) || (fabs(left - before) <= 0.05));
+        before = left;
+    }
+}
+
+static void test_the_smallest_singular_value_is_followed(void) {
+    for (int k = 0; k <= 2000; ++k) {
+        const double angle = 0.5 + 0.45 * sin(0.004 * k);
+        column[0][0] = NUM(1);
+        column[1][0] = num_of(cos(angle));
+        column[1][1] = num_of(sin(angle));
+        column[2][4] = NUM(2);
+        step(3u, 0.005);
+        const double exact = sqrt(1.0 - cos(angle)); /* of two unit vectors at this angle */
+        if (k >= 20) {
+            ASSERT_CLOSE(exact, value_of(soft.smallest), 0.02 * exact + IF_FIXED(1e-3, 1e-4));
+        }
+    }
+}
+
+static void test_columns_of_zeros_at_the_end_are_left_out(void) {
+    const num_t torque[ROBOT_MAX_JOINTS] = {NUM(1), NUM(2), NUM(3)};
+    num_t rejected[ROBOT_MAX_JOINTS];
+    column[0][1] = NUM(0.5);
+    step(4u, 0.005);
+    TEST_ASSERT_EQUAL(1, soft.columns);
+    ASSERT_CLOSE(0.5, value_of(soft.smallest), 1e-3);
+    soft_reject(&soft, torque, rejected, 0u, NULL);
+    ASSERT_CLOSE(1.0, value_of(rejected[0]), 1e-5);
+    ASSERT_CLOSE(2.0 * 1e-4, value_of(rejected[1]), 1e-5);
+    step(0u, 0.005);
+    soft_reject(&soft, torque, rejected, 0u, NULL);
+    TEST_ASSERT_EQUAL_MEMORY(torque, rejected, N * sizeof(num_t));
+    TEST_ASSERT_TRUE(soft.smallest == NUM(0));
+}
+
+#ifndef TAUPERP_FIXED
+static void test_what_is_no_number_explains_nothing_for_good(void) {
+    num_t torque[ROBOT_MAX_JOINTS] = {NUM(1), NUM(2), NUM(3)};
+    num_t rejected[ROBOT_MAX_JOINTS];
+    any_columns(3u, 0.8);
+    column[1][2] = 0.0f / 0.0f;
+    step(3u, 0.005);
+    soft_reject(&soft, torque, rejected, 0u, NULL);
+    TEST_ASSERT_FALSE(num_finite(rejected[0])); /* above every threshold */
+    column[1][2] = NUM(0.5);
+    step(3u, 0.005);
+    soft_reject(&soft, torque, rejected, 0u, NULL);
+    TEST_ASSERT_TRUE(num_finite(rejected[0]) && num_finite(soft.smallest));
+}
+#endif
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_what_is_left_solves_the_normal_equations);
+    RUN_TEST(test_the_first_columns_alone_are_a_projection_of_their_own);
+    RUN_TEST(test_the_index_is_continuous_through_a_change_of_rank);
+    RUN_TEST(test_the_smallest_singular_value_is_followed);
+    RUN_TEST(test_columns_of_zeros_at_the_end_are_left_out);
+#ifndef TAUPERP_FIXED
+    RUN_TEST(test_what_is_no_number_explains_nothing_for_good);
+#endif
+    return UNITY_END();
+}
