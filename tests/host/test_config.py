@@ -129,7 +129,7 @@ def test_deadlines_come_from_the_dbc_unless_the_file_says_otherwise(write: Write
         ('[task.none]\ndebounce_ticks = 0', "task.none.debounce_ticks: should be greater than"),
         ('[observer]\ngain_per_s = "50"', "observer.gain_per_s: should be a valid number, not '50'"),
         ('[observer]\ngain_per_s = 300\n[wire]\nrate_hz = 299', "observer.gain_per_s: gain times period"),
-        ('[wire]\nformat = "classic"', "wire.rate_hz: 7 joints would fill the classic bus to 154%"),
+        ('[wire]\nformat = "classic"', "wire.rate_hz: 7 joints would fill the classic bus to 156%"),
         ('[deadline]\nsync_cycles = 0', "deadline.sync_cycles: should be greater than"),
         ('[deadline]\njoint_cycles = 5', "deadline.joint_cycles: should be less than or equal to 4"),
         ('[deadline]\ntick_budget_us = 1001', "deadline.tick_budget_us: longer than the period of 1000 us"),

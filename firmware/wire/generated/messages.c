@@ -150,7 +150,7 @@ void tauperp_guard_event_pack(uint8_t data[8], const struct tauperp_guard_event_
         break;
     case 1u:
         data[2] = (uint8_t)(((uint32_t)message->event_sample & 0x3Fu) | (((uint32_t)message->sample_joint & 0x03u) << 6u));
-        data[3] = (uint8_t)((((uint32_t)message->sample_joint >> 2u) & 0x01u) | (((uint32_t)message->sample_task & 0x03u) << 1u) | (((uint32_t)message->sample_channel & 0x03u) << 3u));
+        data[3] = (uint8_t)((((uint32_t)message->sample_joint >> 2u) & 0x01u) | (((uint32_t)message->sample_task & 0x07u) << 1u) | (((uint32_t)message->sample_channel & 0x03u) << 4u));
         data[4] = (uint8_t)(((uint32_t)message->sample_residual & 0xFFu));
         data[5] = (uint8_t)((((uint32_t)message->sample_residual >> 8u) & 0xFFu));
         data[6] = (uint8_t)(((uint32_t)message->sample_index & 0xFFu));
