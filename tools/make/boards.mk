@@ -4,8 +4,8 @@ TARGETS := m3 m4f m7 r5f
 # What ships. Float: loops of fixed length along a column are worth the flash that unrolling them takes; what runs once is
 # small. Fixed point: what is saved by unrolling is little beside 64-bit products, and flash is short.
 OPT ?= -O2
-HOT := $(addprefix firmware/core/,motion.c soft.c explained.c)
-ONCE := firmware/core/robot.c firmware/core/acceleration.c firmware/core/bidiagonal.c firmware/core/subspace.c $(wildcard firmware/guard/*.c) firmware/wire/generated/messages.c
+HOT := $(addprefix firmware/core/,motion.c bidiagonal.c soft.c subspace.c explained.c)
+ONCE := firmware/core/robot.c firmware/core/acceleration.c $(wildcard firmware/guard/*.c) firmware/wire/generated/messages.c
 OPT_float = $(if $(filter $(HOT),$(1)),-O3,$(if $(filter $(ONCE),$(1)),-Os,$(OPT)))
 OPT_fixed = $(if $(filter firmware/core/% firmware/guard/%,$(1)),-Os,$(OPT))
 # $(call optimisation_of,FILE,NUMERIC,TARGET): the M3 has no floating point, so each product is a call there.
