@@ -278,7 +278,7 @@ def test_the_command_prints_what_was_compared_and_its_verdict_is_the_exit_code(
     name = ["--scenario", str(logs / "fd.toml")]
     assert main(["replay", str(logs / "fd.log"), *name]) == 0
     table = capsys.readouterr().out
-    assert "COLLISION" in table
+    assert "collision" in table
     assert "\nequal\n" in table
     frames = frames_of(logs / "fd.log")
     at = next(i for i, frame in enumerate(frames) if frame.arbitration_id == STOP and frame.timestamp > 0.2)

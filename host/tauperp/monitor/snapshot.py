@@ -1,10 +1,11 @@
 """The monitor's knowledge at one instant, as plain values with their ages."""
 
 import dataclasses
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
+
+from tauperp.words import spoken as spoken
 
 SILENT_S = 0.2  # no StopCommand for so long is silence to a person; the robot itself waits one cycle
 STALE_S = 0.5  # the guard says everything at least every 64 ms (GuardIndex of 8 joints at 500 Hz)
@@ -143,11 +144,6 @@ class Snapshot:
         """A signal of GuardStatus, None unless it is fresh."""
         reading = self.status.get(name)
         return reading.value if reading is not None and reading.live else None
-
-
-def spoken(name: str) -> str:
-    """A name of the DBC in words: "TickOverBudget" is "tick over budget"."""
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
 
 
 def report(snapshot: Snapshot) -> dict[str, Any]:

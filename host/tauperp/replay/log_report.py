@@ -18,6 +18,7 @@ from tauperp.replay.showing import LogShow
 from tauperp.scenario import load_scenario, shipped
 from tauperp.sim.moment import Watch
 from tauperp.wire import Wire
+from tauperp.words import spoken
 
 _LOOKED_AT = 20_000  # frames, for the channel of the guard
 
@@ -185,7 +186,7 @@ def lines(replay: LogReplay) -> Iterator[str]:
     for trip in one.trips:
         about = f", joint {trip.joint}" if trip.joint else ""
         index = f", {trip.index_nm:.2f} of {trip.threshold_nm:.2f} Nm" if trip.threshold_nm else ""
-        yield f"trip at {trip.time_s:.6f} s: {trip.reason.name}{about}{index}"
+        yield f"trip at {trip.time_s:.6f} s: {spoken(trip.reason.name)}{about}{index}"
     if _only_format(replay):
         yield "only the frame format differs (classic or CAN FD), the bytes are the same"
     if one.first is not None:

@@ -27,6 +27,7 @@ from tauperp.scenario import Scenario
 from tauperp.sim.sensors import SensorFault
 from tauperp.sim.telling import Telling
 from tauperp.sim.trace import Contact, Stop, Trace
+from tauperp.words import spoken
 
 SETTLE_GAINS = 5.0  # times 1 / K
 FAULT_AFTERMATH_S = 1.0  # a stop that long after frames were wrong or missing is still their doing
@@ -309,7 +310,8 @@ def _name(reason: int) -> str:
 
 
 def _reason_of(stop: dict[str, Any]) -> str:
-    return f"{stop['reason']}, joint {stop['joint']}" if stop["joint"] else str(stop["reason"])
+    reason = spoken(stop["reason"])
+    return f"{reason}, joint {stop['joint']}" if stop["joint"] else reason
 
 
 def _one_or_many(values: NDArray[np.float64]) -> float | list[float]:

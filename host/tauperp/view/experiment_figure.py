@@ -8,6 +8,7 @@ from tauperp.config import TASKS
 from tauperp.experiment import Outcome
 from tauperp.sim.trace import Trace
 from tauperp.view.timeline import ALARM, CONTACT, MUTED, Mark, Span, Timeline, draw
+from tauperp.words import spoken
 
 TITLES = {
     "payload": "Handling a payload that the guard does not know",
@@ -61,7 +62,7 @@ def _symbol(outcome: Outcome) -> str:
 
 def _stop(stop: dict[str, Any], collisions: list[dict[str, Any]]) -> Mark:
     who = f"joint {stop['joint']}" if stop["joint"] else ""
-    reason = stop["reason"].lower().replace("_", " ")
+    reason = spoken(stop["reason"])
     if stop["cause"] == "none":
         return Mark(stop["time_s"], f"FALSE STOP: {reason}\n{who}", stop["joint"])
     found = next((one for one in collisions if one["stop_s"] == stop["time_s"]), None)

@@ -10,6 +10,7 @@ from tauperp.recording import Playback, Score, Trip
 from tauperp.replay.log_report import LogReplay
 from tauperp.sim.moment import Moment
 from tauperp.view.timeline import ALARM, MUTED, Mark, Span, Timeline, draw
+from tauperp.words import spoken
 
 FROZEN_TICKS = 50  # a joint whose torque repeats so often while others change is frozen
 
@@ -49,7 +50,7 @@ def _alarm(trip: Trip) -> Mark:
 
 def _mark(trip: Trip) -> Mark:
     who = f"\njoint {trip.joint}" if trip.joint else ""
-    return Mark(trip.time_s, trip.reason.name.lower().replace("_", " ") + who, trip.joint)
+    return Mark(trip.time_s, spoken(trip.reason.name) + who, trip.joint)
 
 
 def frozen(torque: NDArray[np.float64], ticks: int = FROZEN_TICKS) -> NDArray[np.bool_]:
@@ -103,7 +104,7 @@ class LogTimeline:
 def _trip(trip: Any) -> Mark:
     who = f"\njoint {trip.joint}" if trip.joint else ""
     colour = MUTED if trip.reason.name == "SHUTDOWN" else ALARM
-    return Mark(trip.time_s, trip.reason.name.lower().replace("_", " ") + who, trip.joint, colour)
+    return Mark(trip.time_s, spoken(trip.reason.name) + who, trip.joint, colour)
 
 
 def _symbol(configuration: Configuration) -> str:

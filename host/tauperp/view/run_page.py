@@ -11,6 +11,7 @@ from tauperp.provenance import provenance_line
 from tauperp.view.experiment_figure import run_figure
 from tauperp.view.film import Camera
 from tauperp.view.page import figure, heading, note, page, table
+from tauperp.words import spoken
 
 _COLOURS = {"passed": "#2e9e5b", "failed": "#c8352b", "incomplete": "#b07d00"}
 
@@ -56,7 +57,7 @@ def _tables(report: dict[str, Any]) -> list[str]:
         rows = [
             (f"link {one['link']}, {one['part']}", _number(one["contact_s"], 3), f"{one['peak_force_n']:.0f}",
              _number(one["stop_s"], 3), _number(one["latency_ms"], 1), one["verdict"], one.get("joint") or "",
-             one["why"] or one.get("reason") or "")
+             one["why"] or spoken(one.get("reason") or ""))
             for one in report["collisions"]
         ]  # fmt: skip
         struck = ("collision", "contact s", "force N", "stop s", "latency ms", "verdict", "joint", "why")
@@ -64,13 +65,13 @@ def _tables(report: dict[str, Any]) -> list[str]:
     if report["faults"]:
         rows = [
             (f"{one['kind']}, joint {one['joint']}", _number(one["start_s"], 3), _number(one["end_s"], 3),
-             one["verdict"], _number(one["latency_ms"], 1), one["why"] or one["reason"] or "")
+             one["verdict"], _number(one["latency_ms"], 1), one["why"] or spoken(one["reason"] or ""))
             for one in report["faults"]
         ]  # fmt: skip
         parts += [heading("Faults"), table(("fault", "from s", "to s", "verdict", "latency ms", "why"), rows)]
     if report["stops"]:
         rows = [
-            (f"{one['time_s']:.3f} s", one["reason"], one["joint"] or "", one["cause"], one["trip"] or "",
+            (f"{one['time_s']:.3f} s", spoken(one["reason"]), one["joint"] or "", one["cause"], one["trip"] or "",
              _number(one["permitted_again_s"], 3))
             for one in report["stops"]
         ]  # fmt: skip

@@ -13,6 +13,7 @@ from tauperp.experiment import Outcome
 from tauperp.provenance import provenance_line
 from tauperp.run.judge import NOT_TESTED
 from tauperp.sim.lockstep import Progress as Report
+from tauperp.words import spoken
 
 _CAUSES = {"collision": "a collision", "fault": "a fault", "guard": "the guard was gone", "none": "a false stop"}
 PLAIN_WIDTH = 110  # where the output is no terminal
@@ -100,7 +101,7 @@ def _row(collision: dict[str, Any]) -> tuple[str, ...]:
 
 def found_by(collision: dict[str, Any]) -> str:
     """The joint whose index found it, or the reason where no joint did."""
-    return f"joint {collision['joint']}" if collision["joint"] else str(collision["reason"])
+    return f"joint {collision['joint']}" if collision["joint"] else spoken(collision["reason"])
 
 
 def _lines(report: dict[str, Any]) -> Iterator[str]:
@@ -123,15 +124,14 @@ def _lines(report: dict[str, Any]) -> Iterator[str]:
     else:
         yield f"  the same threshold of {limit} Nm on r alone would not have stopped the robot without a collision"
     for fault in report["faults"]:
-        done = (
-            f"stopped after {fault['latency_ms']:.0f} ms by {fault['reason']}" if fault["stop_s"] else fault["verdict"]
-        )
+        stopped = f"stopped after {fault['latency_ms'] or 0.0:.0f} ms by {spoken(fault['reason'] or '')}"
+        done = stopped if fault["verdict"] == "stopped" else fault["verdict"]
         yield f"  fault '{fault['kind']}' of joint {fault['joint']} at {fault['start_s']:.3f} s: {done}"
     for stop in report["stops"]:
         again = stop["permitted_again_s"]
         back = "did not come back" if again is None else f"came back at {again:.3f} s"
         joint = f", joint {stop['joint']}" if stop["joint"] else ""
-        why = f"{stop['reason']}{joint}; {_CAUSES[stop['cause']]}"
+        why = f"{spoken(stop['reason'])}{joint}; {_CAUSES[stop['cause']]}"
         yield f"  permission ended at {stop['time_s']:.3f} s ({why}) and {back}"
     for line in report["assumed"]:
         yield f"  assumed: {line}"
