@@ -1,9 +1,17 @@
 """The picture and the page of a run: they show what happened, and need nothing but themselves."""
 
+import base64
+import ctypes.util
+import io
+import os
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from tauperp.experiment import Outcome, run_scenario
 from tauperp.scenario import load_scenario
@@ -92,3 +100,20 @@ def test_a_channel_that_repeats_while_others_change_is_frozen() -> None:
     assert found[:, 1].sum() == pytest.approx(100, abs=1)
     assert not found[:, [0, 2, 3]].any()
     assert not frozen(np.zeros((300, 4))).any()  # an arm at rest with coarse sensors
+
+
+def test_a_report_has_a_film_of_the_stop_without_a_display(tmp_path: Path) -> None:
+    if ctypes.util.find_library("OSMesa") is None:
+        pytest.skip("off-screen drawing: no libosmesa6 (tools/toolbox osmesa)")
+    scenario = tmp_path / "lie.toml"
+    scenario.write_text(LIE)
+    drivers = ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL")
+    bare = {name: value for name, value in os.environ.items() if name not in drivers}
+    command = [sys.executable, "-m", "tauperp.cli", "run", str(scenario), "--report", "--out", str(tmp_path)]
+    done = subprocess.run(command, env=bare, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 1, done.stderr
+    page = (tmp_path / "lie.html").read_text()
+    film = re.search(r'src="data:image/webp;base64,([^"]+)"', page)
+    assert film is not None, "There is no film" in page
+    with Image.open(io.BytesIO(base64.b64decode(film.group(1)))) as frames:
+        assert getattr(frames, "n_frames", 1) > 30

@@ -4,6 +4,9 @@
 stop off screen (see tauperp.view.scene for what that needs).
 """
 
+import ctypes.util
+import importlib
+import importlib.util
 import io
 import os
 from collections.abc import Sequence
@@ -28,9 +31,16 @@ PERMITTED, STOPPED = (46, 158, 91), (200, 53, 43)
 
 
 def choose_driver() -> None:
-    """Where there is no display, let MuJoCo draw by OSMesa, unless MUJOCO_GL says otherwise."""
-    if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        os.environ.setdefault("MUJOCO_GL", "osmesa")
+    """Where there is no display, let MuJoCo draw by OSMesa if that is installed, unless MUJOCO_GL says otherwise.
+
+    MuJoCo chooses when it is imported, which is before anybody has asked for a film: so it chooses again.
+    """
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or "MUJOCO_GL" in os.environ:
+        return
+    if ctypes.util.find_library("OSMesa") is None or importlib.util.find_spec("OpenGL") is None:
+        return
+    os.environ["MUJOCO_GL"] = "osmesa"
+    importlib.reload(importlib.import_module("mujoco.rendering.classic.gl_context"))
 
 
 class Camera:
