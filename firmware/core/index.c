@@ -121,7 +121,7 @@ static void project_soft(index_t *self, num_t s, uint32_t fast, const num_t torq
     soft_step(&self->soft, self->columns, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, s);
     soft_reject(&self->soft, torque, self->unexplained, fast, self->sudden);
     self->smallest = self->soft.smallest;
-    self->rank = self->soft.columns;
+    self->rank = self->soft.columns - (((self->soft.columns > 0u) && (self->smallest <= s)) ? 1u : 0u);
     self->converged = true;
 }
 

@@ -83,7 +83,7 @@ typedef struct {
     num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS]; /* A of this tick */
     uint32_t columns;
     num_t smallest; /* singular value of A, or a bound below it (subspace.h); 0 without columns */
-    uint32_t rank;  /* directions that are explained; soft: columns that are not zero */
+    uint32_t rank;  /* directions that are explained; soft: columns, less one near a singularity */
     bool converged;
     subspace_t subspace;
     soft_t soft;
