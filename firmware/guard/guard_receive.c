@@ -199,7 +199,9 @@ static void judge_sender(guard_t *self, uint32_t slot, e2e_status_t status) {
         *errors = (uint8_t)((*errors > 0u) ? (*errors - 1u) : 0u);
         *repeats = ((inputs->repeated & bit) != 0u) ? *repeats : 0u;
         inputs->repeated &= (uint16_t)~bit;
-        add_errors(self, slot, (status == E2E_SOME_LOST) ? (inputs->receiver[slot].lost * LOSS_STEP) : 0u);
+        /* An event has no rate: of a sender that starts again its counter jumps, and nothing is missing. */
+        const bool lost = (status == E2E_SOME_LOST) && (protocol_receive[slot].timeout_cycles != 0u);
+        add_errors(self, slot, lost ? (inputs->receiver[slot].lost * LOSS_STEP) : 0u);
         return;
     }
     if ((status == E2E_REPEATED) && ((inputs->repeated & bit) == 0u)) {

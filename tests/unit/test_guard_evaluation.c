@@ -390,6 +390,17 @@ static void test_a_joint_that_loses_three_frames_in_four_is_a_stop(void) {
     TEST_ASSERT_TRUE(taken <= 30u);
 }
 
+/* A GuardReset is an event: a controller that starts again counts from elsewhere. */
+static void test_a_reset_whose_counter_jumps_is_no_sender_with_losses(void) {
+    run_until_permitted(&bench);
+    for (uint32_t i = 0; i < 20u; ++i) {
+        bench.reset_counter += 13u;
+        receive(&bench, reset_frame(&bench, 0u, false));
+        cycle(&bench);
+        TEST_ASSERT_TRUE(bench.out.permitted);
+    }
+}
+
 static void test_one_lost_frame_in_ten_has_no_consequence(void) {
     run_until_permitted(&bench);
     for (uint32_t k = 0; k < 1000u; ++k) {
@@ -519,6 +530,7 @@ int main(void) {
     RUN_TEST(test_one_bad_frame_in_twenty_has_no_consequence);
     RUN_TEST(test_a_joint_that_loses_three_frames_in_four_is_a_stop);
     RUN_TEST(test_one_lost_frame_in_ten_has_no_consequence);
+    RUN_TEST(test_a_reset_whose_counter_jumps_is_no_sender_with_losses);
     RUN_TEST(test_a_counter_twice_a_cycle_in_cycle_after_cycle_is_another_sender);
     RUN_TEST(test_a_single_repetition_is_no_other_sender);
     RUN_TEST(test_a_position_that_jumps_is_implausible);
