@@ -84,7 +84,7 @@ class Recorder:
         return max(i for i, record in enumerate(self.records[:before]) if record[0] == _FRAME and record[4:8] == head)
 
     def check_variety(self, *, singular: bool) -> None:
-        """Fails unless the recording holds what it is for: every state, many reasons, and if it is to have them, many
+        """Fails unless the recording holds what it is for: every state, many reasons, and if it is to have them,
         bases of less than full rank."""
         assert set(self.states) == set(State) - {State.UNINITIALISED}, self.states
         assert self.states[State.MONITORING] > 0.05 * self.ticks, self.states
@@ -94,7 +94,7 @@ class Recorder:
             ranks = {rank: count for (of, rank), count in self.ranks.items() if of == task}
             assert not ranks or self.changes > 10
             deficient = sum(count for rank, count in ranks.items() if rank < full)
-            assert not singular or deficient > 0.01 * sum(ranks.values()), ranks
+            assert not singular or deficient >= 5, ranks
 
     def note_tick_time(self, tick_us: int) -> None:
         self._add(_TICK_TIME, tick_us)

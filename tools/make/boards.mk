@@ -1,13 +1,10 @@
 # Firmware images for controllers and emulated ones. A target is a processor (m3 m4f m7 r5f), a board a circuit around one.
 CROSS ?= arm-none-eabi-
 TARGETS := m3 m4f m7 r5f
-# What ships. Float: loops of fixed length along a column are worth the flash that unrolling them takes; what runs once is
-# small. Fixed point: what is saved by unrolling is little beside 64-bit products, and flash is short.
+# What ships is small, but for the projection in float: its loops along a column are worth the flash that unrolling takes.
 OPT ?= -O2
-HOT := $(addprefix firmware/core/,motion.c bidiagonal.c soft.c subspace.c explained.c)
-ONCE := firmware/core/robot.c firmware/core/acceleration.c $(wildcard firmware/guard/*.c) firmware/wire/generated/messages.c
-OPT_float = $(if $(filter $(HOT),$(1)),-O3,$(if $(filter $(ONCE),$(1)),-Os,$(OPT)))
-OPT_fixed = $(if $(filter firmware/core/% firmware/guard/%,$(1)),-Os,$(OPT))
+OPT_float = $(if $(filter firmware/core/soft.c,$(1)),-O3,$(if $(filter firmware/core/bidiagonal.c,$(1)),-O2,$(OPT_fixed)))
+OPT_fixed = $(if $(filter firmware/%,$(1)),-Os,$(OPT))
 # $(call optimisation_of,FILE,NUMERIC,TARGET): the M3 has no floating point, so each product is a call there.
 optimisation_of = $(call OPT_$(if $(filter m3,$(3)),fixed,$(2)),$(1))
 
