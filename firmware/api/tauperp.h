@@ -52,7 +52,7 @@ extern "C" {
 
 #define TAUPERP_MAX_JOINTS  8u
 #define TAUPERP_MAX_FRAMES  2u    /* that one tick puts out */
-#define TAUPERP_GUARD_BYTES 5120u /* enough for the state of a guard with eight joints */
+#define TAUPERP_GUARD_BYTES 5632u /* enough for the state of a guard with eight joints */
 
 /* One guard's state. Allocate it statically; its content is private. */
 typedef struct {
