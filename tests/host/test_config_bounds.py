@@ -18,6 +18,7 @@ from tauperp.firmware import load_library
 
 NONE, PAYLOAD, CONTACT = 1, 2, 3  # rows of task[]
 PERIOD_US = 1000
+POINT_M = 1.0  # CONFIG_POINT_MAX_M
 JOINT, TASK, CHANNEL = "robot.joint", "task", "bank.channel"
 Change = Callable[[Any], None]
 
@@ -121,6 +122,7 @@ def rows_of_bank() -> list[Row]:
     for gap in range(1, 4):
         path = f"bank.channel.0.high_pass.{gap}"
         rows += [row(path, bad, 0, -0.01), row(path, bad, 0.99, 1)]
+    rows += [row("bank.channel.0.of", bad, 0, 1), row("bank.channel.0.of", bad, 0, 2)]
     first = "bank.channel.0."
     decay = float(np.exp(-0.05))
     rows += [
@@ -137,9 +139,35 @@ def rows_of_bank() -> list[Row]:
     return rows
 
 
+def rows_of_regressor() -> list[Row]:
+    """d_r in place of d_p, with its filter."""
+    bad = "BAD_BANK"
+    constants = channel_constants(120.0, order=1, damping=1.0, high_pass_hz=0.0, gain_per_s=50.0, period_s=1e-3)
+    place = "regressor.low_pass."
+    used = both(
+        to(f"task.{PAYLOAD}.index.kind", 4),
+        to("regressor.used", 1),
+        *(to(f"{place}{name}.{gap}", values[gap]) for name, values in constants.items() for gap in range(4)),
+    )
+    rows = [
+        row("regressor.used", bad, 1, 0, used),  # a task asks for it
+        row("regressor.used", bad, 1, 2, used),
+        row("regressor.used", bad, 0, 1),  # nobody asks for it
+        row(place + "of", bad, 0, 1, used),
+        row(place + "high_pass.0", bad, 0, 1e-3, used),
+        row(place + "in.0", bad, constants["in"][0], 0, used),
+    ]
+    for name, most in (("own", 1), ("cross", 1), ("back", 1), ("stay", 1), ("in", 16), ("in_back", 16)):
+        path = f"{place}{name}.3"
+        rows += [row(path, bad, most, most + 0.01, used), row(path, bad, -most, -most - 0.01, used)]
+    return rows
+
+
 def rows_of_projection_and_stop() -> list[Row]:
     bad = "BAD_SUBSPACE"
     return [
+        row("subspace.projector", bad, 2, 0),
+        row("subspace.projector", bad, 1, 3),
         row("subspace.order", bad, 2, 0),
         row("subspace.order", bad, 2, 3),
         row("subspace.tolerance", bad, 0.05, 0),
@@ -192,10 +220,24 @@ def rows_of_tasks() -> list[Row]:
     rows = [
         row("task.0.index.kind", bad, 0, 1),  # "invalid" is no task
         row(f"task.{NONE}.index.kind", bad, 1, 0, *off),  # at least one
-        row(f"task.{NONE}.index.kind", bad, 1, 4),
+        row(f"task.{NONE}.index.kind", bad, 1, 5),
         row(f"task.{NONE}.index.components", bad, 0, 1),
         row(f"task.{CONTACT}.index.components", bad, 1, 0),
         row(f"task.{CONTACT}.index.components", bad, 0x3F, 0x7F),
+    ]
+    contact = f"task.{CONTACT}.index"
+    axes = both(to(f"{contact}.frame", 2), *(to(f"{contact}.axis.{a}.{a}", 1) for a in range(3)))
+    rows += [
+        row(f"{contact}.frame", bad, 0, 1),  # axes are missing
+        row(f"{contact}.frame", bad, 1, 3, axes),
+        row(f"{contact}.axis.0.0", bad, 1, 1.1, axes),
+        row(f"{contact}.axis.0.0", bad, 1, 0.9, axes),
+        row(f"{contact}.axis.0.1", bad, 0, 0.01, axes),
+        row(f"{contact}.axis.0.0", bad, 0, 1),  # FRAME_TIP has none
+        row(f"{contact}.point.2", bad, POINT_M, POINT_M + 0.1, axes),
+        row(f"{contact}.point.2", bad, 0, 0.1),
+        row(f"{contact}.fast", bad, 0, 1),  # no channel watches it
+        row(f"task.{NONE}.index.fast", bad, 0, 1),
     ]
     for task in (NONE, PAYLOAD, CONTACT):
         detector = f"task.{task}.detector"
@@ -230,6 +272,7 @@ ROWS = [
     *rows_of_timing(),
     *rows_of_observer(),
     *rows_of_bank(),
+    *rows_of_regressor(),
     *rows_of_projection_and_stop(),
     *rows_of_limits(),
     *rows_of_tasks(),
@@ -261,7 +304,7 @@ def test_the_last_value_inside_passes_and_the_next_does_not(bound: Row, numeric:
 @pytest.mark.parametrize("task", [PAYLOAD, CONTACT])
 def test_a_task_that_explains_all_directions_of_a_short_arm_is_refused(task: int) -> None:
     """d_e wants 7 joints and d_p 6; the other tasks are off, so that the status is this task's."""
-    want = {PAYLOAD: (6, 5, "PAYLOAD_NEEDS_6_JOINTS"), CONTACT: (7, 6, "CONTACT_NEEDS_7_JOINTS")}[task]
+    want = {PAYLOAD: (6, 5, "PAYLOAD_NEEDS_6_JOINTS"), CONTACT: (7, 6, "CONTACT_NEEDS_JOINTS")}[task]
     other = {PAYLOAD: CONTACT, CONTACT: PAYLOAD}[task]
     off = both(to(f"task.{other}.index.kind", 0), to(f"task.{other}.index.components", 0))
     assert answer(both(off, joints(want[0])), "float32") == "OK"

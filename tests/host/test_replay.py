@@ -135,7 +135,7 @@ def test_a_byte_order_mark_is_no_part_of_a_columns_name(write: Write) -> None:
 def test_a_file_that_is_no_text_is_named(tmp_path: Path) -> None:
     for content in (b"\xff\xff", b"\x1f\x8bnot gzip"):
         (tmp_path / "x.csv").write_bytes(content)
-        with pytest.raises(InputError, match=r"x\.csv: not a CSV file"):
+        with pytest.raises(InputError, match=r"x\.csv: (not a CSV file|no recording)"):
             read_csv(tmp_path / "x.csv", 7)
 
 

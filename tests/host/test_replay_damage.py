@@ -1,6 +1,7 @@
 """Bus logs that are truncated, corrupt or foreign: what was before the damage is reported, and where it is."""
 
 import gzip
+import re
 import json
 import random
 from collections.abc import Callable
@@ -155,7 +156,7 @@ def test_a_blf_with_an_object_of_no_size_ends(logs: Path, tmp_path: Path) -> Non
     path.write_bytes(data)
     log = BusLog(path)
     list(log)
-    assert "ends where it begins" in str(log.damage)
+    assert re.search("ends where it begins|an object of 0 bytes", str(log.damage))
 
 
 def test_a_gzipped_log_that_is_cut_says_so(logs: Path, tmp_path: Path) -> None:

@@ -105,7 +105,7 @@ def test_what_the_wire_cannot_carry_is_refused_or_not_available_and_never_clampe
     robot.begin()
     for acceleration in ((33.0, 0.0, 0.0), (0.0, math.nan, 0.0), (0.0, 0.0, -math.inf)):
         assert not robot.lib.robot_side_task(robot.robot, 1, list(acceleration), robot.frame)
-    for task in (0, 4):
+    for task in (0, 7):
         assert not robot.lib.robot_side_task(robot.robot, task, [0.0] * 3, robot.frame)
     for reading in ((0, 4.2, 0.0, 0.0), (0, 0.0, -9.0, 0.0), (0, 0.0, 0.0, 400.0), (0, math.nan, 0.0, 0.0)):
         given = robot.ffi.new("robot_side_reading_t *", reading)

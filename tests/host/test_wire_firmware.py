@@ -160,5 +160,8 @@ def test_reasons_states_and_tasks_are_named_as_in_the_firmware(wire: Wire, firmw
     for signal in wire.message("GuardStatus").definition.signals:
         if signal.name in tables and signal.choices:
             for number, choice in signal.choices.items():
+                if signal.name == "Task" and str(choice).startswith("Task"):  # a row of the installation's own
+                    assert 3 < number < firmware.lib.TASK_COUNT
+                    continue
                 constant = tables[signal.name] + camel_to_snake_case(str(choice)).upper()
                 assert getattr(firmware.lib, constant) == number, constant
