@@ -1,9 +1,9 @@
 """Bus logs that are truncated, corrupt or foreign: what was before the damage is reported, and where it is."""
 
 import gzip
-import re
 import json
 import random
+import re
 from collections.abc import Callable
 from pathlib import Path
 

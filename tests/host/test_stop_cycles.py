@@ -1,5 +1,5 @@
 """Both experiments once more, by the frames that the simulated robot sent: the firmware stops the robot in the cycles
-in which a float64 reference does, in float and in Q9.22, give or take one."""
+in which a float64 reference does, in float and in Q9.22, give or take one; of limits on what is explained, three."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from reference import Reference
 
 from tauperp.config import NUMERICS, Numeric
 from tauperp.experiment import load_experiment, run_scenario
-from tauperp.firmware import Guard
+from tauperp.firmware import Guard, Reason
 from tauperp.robot import Joint
 from tauperp.run.judge import DETECTIONS
 from tauperp.scenario import Scenario
@@ -19,6 +19,9 @@ from tauperp.wire import Receiver
 
 STOP_COMMAND, OF_GUARD = 0x010, (0x010, 0x200, 0x201)
 RESIDUAL_NM = 0.02
+ESTIMATE_CYCLES = (
+    3  # explained.h: the estimate of what is explained comes nearer with each cycle, float64 solves for it
+)
 
 Run = tuple[Scenario, list[can.Message]]
 
@@ -59,12 +62,13 @@ class Course:
     permitted: list[bool]
     residual: list[np.ndarray]
     collisions: list[int]  # cycles
+    late: list[int]  # cycles by which each may differ from float64's
 
 
 def firmware(run: Run, numeric: Numeric) -> Course:
     scenario, frames = run
     guard = Guard(scenario.configuration.block(numeric))
-    course = Course([], [], [])
+    course = Course([], [], [], [])
     trip = 0
     for number, cycle in enumerate(cycles(frames)):
         now_us = number * scenario.configuration.period_us
@@ -77,6 +81,7 @@ def firmware(run: Run, numeric: Numeric) -> Course:
             assert verdict.reason in DETECTIONS
             trip = verdict.trip_number
             course.collisions.append(number)
+            course.late.append(1 if verdict.reason == Reason.COLLISION else ESTIMATE_CYCLES)
     return course
 
 
@@ -136,4 +141,4 @@ def test_the_firmware_stops_in_the_cycle_in_which_float64_does(run: Run, numeric
     assert len(course.collisions) == sum(len(phase.strikes) for phase in run[0].phases)
     assert difference <= RESIDUAL_NM
     assert len(theirs) == len(course.collisions)
-    assert np.max(np.abs(np.array(course.collisions) - np.array(theirs))) <= 1
+    assert (np.abs(np.array(course.collisions) - np.array(theirs)) <= course.late).all()
