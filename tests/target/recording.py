@@ -87,7 +87,7 @@ class Recorder:
         """Fails unless the recording holds what it is for: every state, many reasons, and if it is to have them,
         bases of less than full rank."""
         assert set(self.states) == set(State) - {State.UNINITIALISED}, self.states
-        assert self.states[State.MONITORING] > 0.05 * self.ticks, self.states
+        assert self.states[State.MONITORING] > 0.01 * self.ticks, self.states
         assert len(self.reasons) >= 12, self.reasons
         assert self.resumed > 3, self.resumed
         for task, full in ((2, 5), (3, 6)):
