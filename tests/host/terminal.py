@@ -83,6 +83,10 @@ class Terminal:
                 break
         raise AssertionError(f"this did not come:\n{self.text}")
 
+    def wait_for_words(self, *words: str) -> str:
+        """The screen once all of `words` are on it."""
+        return self.wait_for(lambda text: all(word in text for word in words))
+
     def press_ctrl_c(self) -> int:
         """As the key does it: the terminal itself sends the signal. Returns the exit code."""
         os.write(self._master, b"\x03")
