@@ -16,7 +16,7 @@ static num_t along_row(const motion_t *motion, uint32_t row, uint32_t joints, co
     return num_narrow(sum, saturations);
 }
 
-/* decay x + gain u */
+/* Returns decay * x + gain * u. */
 static num_t passed(num_t decay, num_t x, num_t gain, num_t u, uint32_t *saturations) {
     return num_narrow(num_wide(decay, x) + num_wide(gain, u), saturations);
 }
@@ -49,7 +49,7 @@ void acceleration_step(acceleration_t *self, const acceleration_config_t *config
                        const observer_t *observer, const robot_t *robot, const motion_t *motion, const num_t velocity[],
                        vec3_t commanded, num_t mass_max_kg) {
     uint32_t *const sat = &self->saturations;
-    uint32_t held = 0; /* a force at the end of its range is large enough */
+    uint32_t ignored = 0; /* a saturated force is large enough */
     const uint32_t joints = robot->joint_count;
     const vec3_t tip = {.x = along_row(motion, 0, joints, velocity, sat),
                         .y = along_row(motion, 1, joints, velocity, sat),
@@ -69,7 +69,7 @@ void acceleration_step(acceleration_t *self, const acceleration_config_t *config
     const bool matters = num_wide(mass_max_kg, size) >= num_widen(config->force_floor_n);
     const bool agrees = error <= config->error_max;
     const bool used = matters && agrees;
-    self->trust = used ? trust_of(config, num_narrow(num_wide(mass_max_kg, size), &held), error, &held) : NUM(0);
+    self->trust = used ? trust_of(config, num_narrow(num_wide(mass_max_kg, size), &ignored), error, &ignored) : NUM(0);
     self->size = agrees ? vec3_length(commanded) : NUM(0);
     self->across = used ? size : NUM(0);
     self->token = token_next(observer->token, TOKEN_ACCELERATION, 0u);

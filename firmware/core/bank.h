@@ -1,21 +1,21 @@
-/* bank: up to four linear filters, called channels, on what the task leaves unexplained.
+/* bank: up to four linear filters, called channels, on the part of the torque that the task does not explain.
  *
- * Model error and sensor offsets are slow, velocity noise is fast. No single low-pass keeps both out, so each channel
- * has its band and each joint its threshold there. A band-pass is legitimate here because the projection has already
- * taken out what the task explains.
+ * Model error and sensor offsets are slow; velocity noise is fast. No single low-pass rejects both. Each channel
+ * therefore has its own band, with a threshold for each joint. A band-pass is safe here because the projection has
+ * already removed what the task explains.
  *
- * A channel is a low-pass of first or second order and an optional high-pass of first order behind it, discretised
- * exactly for a step of 1 to OBSERVER_MAX_GAP cycles:
+ * A channel is a low-pass of first or second order, followed by an optional high-pass of first order. Both are
+ * discretised exactly for a step of 1 to OBSERVER_MAX_GAP cycles:
  *     level+ = own level + cross slope + in u          slope+ = back level + stay slope + in_back u
  *     slow+  = slow + high_pass (level+ - slow)        output = level+ - slow+        (slow = 0 without a high-pass)
  * For a second-order low-pass of w rad/s and damping z, with level' = w slope and slope' = w (u - level - 2 z slope):
- * [own cross; back stay] = F = exp(w g T [0 1; -1 -2z]), in = 1 - own, in_back = -back. u is observer.h's `update`,
- * which is (1 - a) y: `in` and `in_back` are divided by (1 - a). Both states have the size of the output, so none of
- * the coefficients is as small as (w T)^2 and fixed point keeps its resolution.
+ * [own cross; back stay] = F = exp(w g T [0 1; -1 -2z]), in = 1 - own, in_back = -back. The input u is `update` of
+ * observer.h, which is (1 - a) y. `in` and `in_back` are therefore divided by (1 - a). Both states have the magnitude
+ * of the output. No coefficient is as small as (w T)^2, so fixed point keeps its resolution.
  *
- * A channel of `sudden` watches for what changes faster than the task says it can. It needs a high-pass.
+ * A channel with the input `sudden` detects changes that are faster than the task allows. It needs a high-pass.
  *
- * Nm. Cost: 7 products a joint and channel.
+ * Nm. Cost: 7 products per joint and channel.
  */
 #ifndef TAUPERP_BANK_H
 #define TAUPERP_BANK_H
@@ -24,7 +24,7 @@
 
 #define BANK_MAX_CHANNELS 4u
 
-/* What a channel filters: index.h's `unexplained` or its `sudden`. */
+/* Input of a channel: `unexplained` or `sudden` of index.h. */
 typedef enum { CHANNEL_UNEXPLAINED = 0, CHANNEL_SUDDEN = 1 } channel_of_t;
 
 typedef struct {
@@ -58,8 +58,8 @@ typedef struct {
 
 void bank_init(bank_t *self);
 
-/* gap: cycles that this step bridges. 0, or more than OBSERVER_MAX_GAP: the observer has started again, and so do all
- * channels, at zero. `token` is that of the stage before. */
+/* gap: cycles that this step bridges. For 0, or more than OBSERVER_MAX_GAP, the observer has restarted: all channels
+ * restart at zero. `token`: that of the previous stage. */
 void bank_step(bank_t *self, const bank_config_t *config, uint32_t joints, uint32_t gap, const num_t unexplained[],
                const num_t sudden[], uint32_t token);
 

@@ -1,6 +1,6 @@
 #include "bidiagonal.h"
 
-/* Rows first to last: all entries above the diagonal are significant, except that of the last row. */
+/* Rows first to last. All entries above the diagonal are significant, except that of the last row. */
 typedef struct {
     uint32_t first, last;
 } block_t;
@@ -9,7 +9,7 @@ typedef struct {
 static const uint32_t unshifted_sweeps = 2;
 static const uint32_t late_sweeps = 8; /* never reached in float */
 
-/* Smaller entries count as zero: their squares may be subnormal. */
+/* Smaller entries count as zero, because their squares may be subnormal. */
 static const num_t nothing = NUM(1e-15);
 
 void bidiagonal_square(bidiagonal_t *self, uint32_t *saturations) {
@@ -25,8 +25,8 @@ void bidiagonal_square(bidiagonal_t *self, uint32_t *saturations) {
     }
 }
 
-/* True if *ratio = tolerance * |B^-1|_F of the first `rows` rows is below 1. The norm of row i of the inverse is
- * sqrt(1 + (above_i * norm of row i+1)^2) / |diagonal_i|. */
+/* True if *ratio = tolerance * |B^-1|_F of the first `rows` rows is below 1. The norm of row i of the inverse is sqrt(1
+ * + (above_i * norm of row i+1)^2) / |diagonal_i|. */
 static bool short_inverse(const bidiagonal_t *self, uint32_t rows, num_t tolerance, num_t *ratio,
                           uint32_t *saturations) {
     const num_wide_t square = num_wide(tolerance, tolerance);

@@ -38,9 +38,9 @@ typedef struct {
     bidiagonal_rotation_t rotation[BIDIAGONAL_MAX_ROTATIONS]; /* in order of application */
     uint32_t rotations;
     uint32_t sweeps;
-    uint32_t open_rows; /* the first rows, which are not diagonal; their singular values are above the tolerance */
+    uint32_t open_rows; /* the first rows, not diagonal: all their singular values are above the tolerance */
     num_t
-        ratio; /* tolerance / (lower bound of these singular values, low by sqrt(open_rows) at most); 0 without rows */
+        ratio; /* tolerance / (lower bound of these singular values, at most sqrt(open_rows) too low); 0 without rows */
     bool done;
 } bidiagonal_path_t;
 

@@ -6,12 +6,12 @@ void detector_init(detector_t *self) {
     *self = (detector_t){0};
 }
 
-/* a / b > c / d without a division; what is not a number is greater. b and d positive. */
+/* True if a / b > c / d, without a division. NaN and infinity count as greater. Precondition: b and d positive. */
 static bool ratio_is_greater(num_t a, num_t b, num_t c, num_t d) {
     return (num_wide(a, d) > num_wide(c, b)) || (!num_finite(a) && num_finite(c));
 }
 
-/* The channel nearest to its threshold at one joint. True if it is above. */
+/* Selects the channel that is nearest to its threshold at joint i. True if it is above. */
 static bool look_at_joint(detector_t *self, const detector_config_t *task, const bank_t *bank, uint32_t i) {
     bool found = false;
     for (uint32_t c = 0; (c < BANK_MAX_CHANNELS) && ((task->channels >> c) != 0u); ++c) {
@@ -26,7 +26,7 @@ static bool look_at_joint(detector_t *self, const detector_config_t *task, const
             found = true;
         }
     }
-    return !(num_abs(self->value_nm[i]) <= self->threshold_nm[i]); /* so that NaN is above */
+    return !(num_abs(self->value_nm[i]) <= self->threshold_nm[i]); /* negated, so that NaN is above */
 }
 
 void detector_step(detector_t *self, const detector_config_t *task, uint32_t joints, const bank_t *bank) {

@@ -3,13 +3,13 @@
 #include "token.h"
 #include "vec3.h"
 
-enum { LINEAR = 0, ANGULAR = 3 }; /* first rows of the Jacobian's two halves */
+enum { LINEAR = 0, ANGULAR = 3 }; /* first rows of the linear and the angular half of the Jacobian */
 
 void index_init(index_t *self) {
     *self = (index_t){0};
 }
 
-/* column <- the three rows of the Jacobian's half from `first` on, times v; zero behind the last joint as they are. */
+/* column = the three rows of the Jacobian from `first`, times v. Entries from joint_count on stay zero. */
 static __attribute__((noinline)) void vector_column(const motion_t *motion, uint32_t first, vec3_t v, num_t column[],
                                                     uint32_t *saturations) {
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
@@ -20,7 +20,7 @@ static __attribute__((noinline)) void vector_column(const motion_t *motion, uint
     }
 }
 
-/* column <- scale row. */
+/* column = scale * row. */
 static __attribute__((noinline)) void row_column(const num_t row[], num_t scale, num_t column[],
                                                  uint32_t *saturations) {
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
@@ -28,7 +28,7 @@ static __attribute__((noinline)) void row_column(const num_t row[], num_t scale,
     }
 }
 
-/* Moments first, and the acceleration last: its column is often zero, and there the projection finds out at no cost. */
+/* Moments first, acceleration last: its column is often zero, and trailing zero columns cost nothing. */
 static uint32_t payload_columns(index_t *self, num_t lever, const robot_t *robot, const motion_t *motion,
                                 vec3_t sideways) {
     uint32_t *const sat = &self->saturations;
@@ -64,7 +64,7 @@ static vec3_t into_base(const motion_t *motion, vec3_t v, uint32_t *saturations)
                     .z = vec3_dot(motion->tool_z, v, saturations)};
 }
 
-/* A force along `axis` at `arm` from the end-effector point is that force there and the moment arm x axis. */
+/* A force along `axis` at the point `arm` equals the same force at the end-effector point and the moment arm x axis. */
 static void component_column(const motion_t *motion, bool is_force, vec3_t axis, vec3_t arm, num_t lever,
                              num_t column[], uint32_t *saturations) {
     if (is_force) {
@@ -125,12 +125,12 @@ static void project_soft(index_t *self, num_t s, uint32_t fast, const num_t torq
     self->converged = true;
 }
 
-/* What the regressor has filtered, with the factor that the bank expects. */
+/* The filtered output of the regressor, multiplied by the factor that the bank expects. */
 static uint32_t regressor_columns(index_t *self, const observer_t *observer, const regressor_t *regressor,
                                   num_t torque[]) {
     for (uint32_t c = 0; c < REGRESSOR_COLUMNS; ++c) {
         for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
-            /* soft.h takes entries below 64; a column beyond is no payload of this arm */
+            /* soft.h needs entries below 64; a larger column belongs to no payload of this arm */
             self->column[c][i] = num_min(num_max(regressor->column[c][i], -NUM(60)), NUM(60));
         }
     }
@@ -164,7 +164,7 @@ void index_step(index_t *self, const subspace_config_t *config, const index_conf
         torque = filtered;
         tolerance = tolerance * REGRESSOR_TOLERANCE;
     } else {
-        /* nothing is explained */
+        /* INDEX_RESIDUAL: nothing is explained */
     }
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         self->sudden[i] = NUM(0);

@@ -3,31 +3,32 @@
 #include "token.h"
 #include "vec3.h"
 
-/* What the forward pass leaves for the backward pass, in the link's own frame. */
+/* Result of the forward pass for the backward pass, in the link's own frame. */
 typedef struct {
-    num_sincos_t turn; /* of q + zero */
+    num_sincos_t turn; /* angle q + zero */
     vec3_t angular;    /* angular velocity */
     vec3_t linear;     /* velocity of the frame's origin */
     vec3_t gravity;
 } link_t;
 
-/* A frame of the chain in the base frame. */
+/* Frame of a link, in the base frame. */
 typedef struct {
-    vec3_t row_x, row_y, row_z; /* of its rotation: the components of the base's axes in this frame */
+    vec3_t row_x, row_y, row_z; /* rows of its rotation: the components of the base axes in this frame */
     vec3_t origin;
 } frame_t;
 
-/* A right angle as the generator writes it, between axes that cross or skew at 90 degrees: nothing to multiply. */
+/* A right angle as the generator writes it: a rotation that needs no product. */
 static bool is_quarter(const robot_joint_t *joint) {
     return (joint->cos_twist == NUM(0)) && (joint->sin_twist == NUM(1));
 }
 
-/* Axes that meet have one origin. */
+/* Axes that intersect share one origin. */
 static bool has_offset(const robot_joint_t *joint) {
     return (joint->offset.x != NUM(0)) || (joint->offset.y != NUM(0)) || (joint->offset.z != NUM(0));
 }
 
-/* Components of a vector of the parent frame in the joint's frame: twist about x, then the joint about z. */
+/* Components of a vector of the parent frame in the joint's frame: rotation by the twist about x, then by the joint
+ * about z. */
 NUM_STEP vec3_t turned(const num_sincos_t *turn, const vec3_t *v, uint32_t *saturations) {
     return (vec3_t){.x = num_narrow(num_wide(turn->cos, v->x) + num_wide(turn->sin, v->y), saturations),
                     .y = num_narrow(num_wide(turn->cos, v->y) - num_wide(turn->sin, v->x), saturations),
@@ -60,7 +61,7 @@ static vec3_t base_row(const robot_t *robot, uint32_t i) {
     return (vec3_t){.x = robot->base[i][0], .y = robot->base[i][1], .z = robot->base[i][2]};
 }
 
-/* A point given in a frame, in the base frame. */
+/* Transforms a point from a link's frame to the base frame. */
 NUM_STEP vec3_t point_of(const frame_t *frame, const vec3_t *v, uint32_t *saturations) {
     const vec3_t rotated = {.x = vec3_dot(frame->row_x, *v, saturations),
                             .y = vec3_dot(frame->row_y, *v, saturations),
@@ -74,7 +75,7 @@ static inline void keep_axis(motion_t *self, uint32_t i, const frame_t *frame) {
     self->jacobian[5][i] = frame->row_z.z;
 }
 
-/* The first joint: its frame is the base's but for the turn, and the base stands still. */
+/* The first joint: its frame is the base frame turned by q_0, and the base does not move. */
 NUM_STEP void forward_first(motion_t *self, const robot_t *robot, num_t qd, link_t *link, frame_t *frame) {
     uint32_t *const sat = &self->saturations;
     const vec3_t x = base_row(robot, 0);
@@ -94,7 +95,7 @@ NUM_STEP void forward_first(motion_t *self, const robot_t *robot, num_t qd, link
     keep_axis(self, 0, frame);
 }
 
-/* From one joint to the next. */
+/* One step from a joint to the next. */
 NUM_STEP void forward_next(motion_t *self, const robot_joint_t *joint, const bool quarter, num_t qd,
                            const link_t *parent, link_t *link, frame_t *frame) {
     uint32_t *const sat = &self->saturations;
@@ -116,7 +117,7 @@ NUM_STEP void forward(motion_t *self, const robot_t *robot, const num_t q[], con
     uint32_t *const sat = &self->saturations;
     frame_t frame;
     vec3_t origins[ROBOT_MAX_JOINTS];
-    for (uint32_t i = 0; i < robot->joint_count; ++i) { /* by itself: its many constants stay in registers */
+    for (uint32_t i = 0; i < robot->joint_count; ++i) { /* its own loop, so that the many constants stay in registers */
         links[i].turn = num_sincos(num_add(q[i], robot->joint[i].zero_rad, sat));
     }
     forward_first(self, robot, qd[0], &links[0], &frame);
@@ -144,7 +145,7 @@ NUM_STEP void forward(motion_t *self, const robot_t *robot, const num_t q[], con
     }
 }
 
-/* Linear momentum of a link beyond what the velocity of its origin gives, which is in the parent's share: w x h. */
+/* Linear momentum of a link relative to its origin: w x h. The origin's velocity is in the parent's part. */
 static inline vec3_t own_momentum(const robot_joint_t *joint, vec3_t w, uint32_t *saturations) {
     const num_t hx = joint->moment_x;
     const num_t hy = joint->moment_y;
@@ -153,7 +154,7 @@ static inline vec3_t own_momentum(const robot_joint_t *joint, vec3_t w, uint32_t
                     .z = num_narrow(num_wide(w.x, hy) - num_wide(w.y, hx), saturations)};
 }
 
-/* I w + h x v. The sums of up to five products fit because robot_holds keeps the table's factors below 64. */
+/* I w + h x v. Sums of up to five products fit, because robot_is_valid keeps the table's factors below 64. */
 static inline vec3_t own_angular_momentum(const robot_joint_t *joint, vec3_t w, vec3_t v, uint32_t *saturations) {
     const num_t hx = joint->moment_x;
     const num_t hy = joint->moment_y;
@@ -168,7 +169,7 @@ static inline vec3_t own_angular_momentum(const robot_joint_t *joint, vec3_t w, 
                         saturations)};
 }
 
-/* What is beyond a joint, about its origin and in its frame. */
+/* Composite of all links beyond a joint, about the joint's origin and in its frame. */
 typedef struct {
     vec3_t linear;  /* P: linear momentum */
     vec3_t angular; /* L: angular momentum */

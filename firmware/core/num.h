@@ -1,20 +1,20 @@
-/* num: the scalar of the whole firmware, and the only place that knows what it is.
+/* num: the scalar type of the whole firmware. No other file depends on its representation.
  *
- * num_t is IEEE-754 binary32 by default and Q9.22 in an int32_t with TAUPERP_FIXED=1 (range +-512, step 2.4e-7).
- * Plain + - < work on both where a bound rules overflow out; num_add and num_subtract saturate. Products, quotients,
- * roots and angles go through num_*; a constant is written NUM(0.5).
- * No libm and no contraction: IEEE division and square root only, so that every target computes the same bits.
+ * num_t is IEEE-754 binary32 by default. With TAUPERP_FIXED=1 it is Q9.22 in an int32_t (range +-512, step 2.4e-7).
+ * Plain + - < work on both where a bound excludes overflow; num_add and num_subtract saturate. Products, quotients,
+ * roots and angles use num_*. Constants are written NUM(0.5). The code uses IEEE division and square root only, without
+ * libm and without contraction, so that every target computes the same bits.
  *
- * num_wide_t holds a product or a sum of products before it is rounded (the same float, or Q19.44 in an int64_t), so
- * that a dot product is rounded once: num_narrow(num_wide(a, b) + num_wide(c, d), &saturations). A sum may hold at
- * most eight products of which one factor each is below 64 in size: beyond, the 64 bits could overflow.
+ * num_wide_t holds a product or a sum of products before rounding (the same float, or Q19.44 in an int64_t). A dot
+ * product is thus rounded once: num_narrow(num_wide(a, b) + num_wide(c, d), &saturations). A sum may hold at most eight
+ * products, each with one factor below 64 in size. Otherwise the 64 bits could overflow.
  *
- * A block of numbers that is squared and summed is first multiplied by 2^num_headroom of its largest size, by
- * num_shift: that keeps the squares in range and the small ones' bits. A float has exponents and shifts by nothing.
+ * A vector whose squares are summed is first multiplied by 2^num_headroom(largest size), with num_shift. In fixed point
+ * this keeps the squares in range and the bits of small entries. In float both are no-ops.
  *
- * A fixed-point result that does not fit saturates and adds one to the counter handed in; a float has nothing to
- * count. The counter belongs to the state struct of the calling stage. Nothing here fails; a float computes on with
- * NaN or infinity, and num_finite() tells.
+ * A fixed-point result that does not fit saturates and increments the counter argument, which belongs to the state
+ * struct of the calling stage. In float the counter never changes. No function fails: a float computation continues
+ * with NaN or infinity, and num_finite() reports them.
  */
 #ifndef TAUPERP_NUM_H
 #define TAUPERP_NUM_H
@@ -36,11 +36,11 @@ typedef struct {
     num_t sin, cos;
 } num_sincos_t;
 
-/* A plane rotation, first' = cos first + sin second, second' = cos second - sin first, its cosine and sine as
- * num_unit_t: the same float, or Q2.30. */
+/* A plane rotation first' = cos first + sin second, second' = cos second - sin first. Cosine and sine are num_unit_t:
+ * the same float, or Q2.30. */
 typedef struct {
     num_unit_t cos, sin;
-    num_t length; /* of the pair that it was made to turn onto the first axis */
+    num_t length; /* of the pair that the rotation turns onto the first axis */
 } num_rotation_t;
 
 #ifndef TAUPERP_CDEF

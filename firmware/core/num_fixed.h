@@ -1,33 +1,33 @@
 /* num_fixed: num_t as Q9.22, a product as Q19.44. Included by num.h only.
  *
- * Values stay within +-INT32_MAX (symmetric, so that a sign can always be changed); a sum, product, quotient or
- * rounding that does not fit is held there and counted. Plain + and - are for where a bound is at hand. Everything is
- * defined C: no negative number is shifted, which the language leaves to the compiler.
+ * Values stay within +-INT32_MAX. The range is symmetric, so that negation never overflows. A sum, product, quotient or
+ * rounding that does not fit saturates and is counted. Use plain + and - only where a bound is known. No negative
+ * number is shifted, because C leaves the result to the compiler.
  *
- * Errors, in steps of 2^-22 = 2.4e-7 and measured over the whole range by tests/unit/test_num.c: product and quotient
- * 0.5, root 0.5, sine and cosine 0.52 for every angle, a number times num_inverse_root 0.5 plus 3e-9 of the result.
- * The inverse root is Newton's iteration on 32 x 32 -> 64 bit products, a fixed number of times: only num_div divides.
+ * Errors, in steps of 2^-22 = 2.4e-7, measured over the whole range by tests/unit/test_num.c: product and quotient 0.5,
+ * root 0.5, sine and cosine 0.52 for every angle. A number times num_inverse_root: 0.5 plus 3e-9 of the result. The
+ * inverse root is a fixed number of Newton steps on 32 x 32 -> 64 bit products. Only num_div divides.
  */
 #define NUM_FRACTION 22u
 #define NUM(x)       ((num_t)(((x) * 4194304.0) + (((x) < 0) ? -0.5 : 0.5)))
 #define NUM_NUMERIC  2u
 
-/* 1 / sqrt(.) as mantissa * 2^(22 - shift), so that x times it is x * mantissa / 2^shift. */
+/* 1 / sqrt(.) as mantissa * 2^(22 - shift). Its product with x is x * mantissa / 2^shift. */
 typedef struct {
     uint32_t mantissa;
     uint32_t shift;
 } num_inverse_t;
 
-#define NUM_INVERSE_NONE ((num_inverse_t){.mantissa = 0u, .shift = 1u}) /* times it, anything is zero */
+#define NUM_INVERSE_NONE ((num_inverse_t){.mantissa = 0u, .shift = 1u}) /* its product with any number is zero */
 
-/* One function for whatever it is called with: here calls are cheap beside what they do, and flash is not. */
+/* Never inlined: on these targets a call is cheap compared with its content, and flash is scarce. */
 #define NUM_STEP static __attribute__((noinline))
 
 static inline num_t num_abs(num_t a) {
     return (a >= 0) ? a : ((a < -INT32_MAX) ? INT32_MAX : -a);
 }
 
-/* a / 2^shift to the nearest, halves up; shift 1 to 62, |a| at most 2^62. */
+/* a / 2^shift, rounded to nearest, halves up. Precondition: shift 1 to 62, |a| at most 2^62. */
 static inline int64_t num_rounded(int64_t a, uint32_t shift) {
     const uint64_t offset = (uint64_t)1 << 63;
     const uint64_t half = (uint64_t)1 << (shift - 1u);
@@ -75,7 +75,7 @@ static inline num_t num_mul(num_t a, num_t b, uint32_t *saturations) {
     return num_narrow(num_wide(a, b), saturations);
 }
 
-/* Halves away from zero. Division by zero saturates with the sign of a (0 / 0 is positive). */
+/* Rounds halves away from zero. Division by zero saturates with the sign of a (0 / 0 is positive). */
 static inline num_t num_div(num_t a, num_t b, uint32_t *saturations) {
     const uint32_t divisor = (uint32_t)num_abs(b);
     const bool negative = (a < 0) != (b < 0);
@@ -87,8 +87,8 @@ static inline num_t num_div(num_t a, num_t b, uint32_t *saturations) {
     return num_saturated(negative ? -(int64_t)quotient : (int64_t)quotient, saturations);
 }
 
-/* 2^30 / sqrt(x / 2^32) for x from 2^30 on, so from 2^30 to 2^31; within 3e-9. Newton's y <- y (3 - x y^2) / 2 from
- * the best straight line (8.6 %): 1e-2, 2e-4, 5e-8, and then the rounding. */
+/* 2^30 / sqrt(x / 2^32) for x from 2^30 on: the result is 2^30 to 2^31, error 3e-9. Newton's y <- y (3 - x y^2) / 2
+ * from the best straight line: error 8.6 %, then 1e-2, 2e-4, 5e-8, and rounding. */
 static inline uint32_t num_newton(uint32_t x) {
     uint32_t y = 2290076544u - (uint32_t)(((uint64_t)x * 1308569208u) >> 32);
     for (uint32_t i = 0; i < 4u; ++i) {
@@ -99,12 +99,12 @@ static inline uint32_t num_newton(uint32_t x) {
     return y;
 }
 
-/* The even number of zero bits in front of a number that is not zero. */
+/* Number of leading zero bits of x, rounded down to even. Precondition: x is not zero. */
 static inline uint32_t num_leading(uint64_t a) {
     return (uint32_t)__builtin_clzll(a) & ~1u;
 }
 
-/* To the nearest. A negative square counts as zero; a root above 511.99 is held there. */
+/* Rounded to nearest. A negative square counts as zero. A root above 511.99 saturates. */
 static inline num_t num_root(num_wide_t square) {
     if (square <= 0) {
         return 0;
@@ -113,7 +113,7 @@ static inline num_t num_root(num_wide_t square) {
     const uint32_t leading = num_leading(x);
     const uint32_t top = (uint32_t)((x << leading) >> 32);
     uint64_t root = ((uint64_t)top * num_newton(top)) >> (30u + (leading / 2u));
-    if (root > 0x1000000u) { /* 24 bits and more are not all exact yet: one step of Heron's, on 32 bits */
+    if (root > 0x1000000u) { /* above 24 bits the root may be inexact: one step of Heron's method on 32 bits */
         const int32_t error = (int32_t)((int64_t)(x - (root * root)) / 128);
         const int32_t half = (int32_t)(root / 128u);
         root = (uint64_t)((int64_t)root + ((error + ((error < 0) ? -half : half)) / (2 * half)));
@@ -123,13 +123,13 @@ static inline num_t num_root(num_wide_t square) {
     } else if ((x - (root * root)) > (2u * root)) {
         ++root;
     } else {
-        /* it is the floor */
+        /* root is the floor */
     }
     root += ((x - (root * root)) > root) ? 1u : 0u;
     return (root > (uint64_t)INT32_MAX) ? INT32_MAX : (num_t)root;
 }
 
-/* Of zero or less: as of the smallest square, 2^-44. */
+/* Zero or less counts as the smallest square, 2^-44. */
 static inline num_inverse_t num_inverse_root(num_wide_t square) {
     const uint64_t x = (square > 0) ? (uint64_t)square : 1u;
     const uint32_t leading = num_leading(x);
@@ -145,13 +145,12 @@ static inline bool num_finite(num_t a) {
     return true;
 }
 
-/* A block of numbers is multiplied by 2^headroom to bring its largest size into 16 to 32: all of the bits that sums of
- * squares leave room for. */
+/* Left shift that brings `size` into 16 to 32: the most bits that still leave room for sums of squares. */
 static inline int32_t num_headroom(num_t largest) {
     return (largest > 0) ? (__builtin_clz((uint32_t)largest) - 5) : 0;
 }
 
-/* a * 2^shift, shift -31 to 31. */
+/* a * 2^shift. Precondition: shift -31 to 31. */
 static inline num_t num_shift(num_t a, int32_t shift, uint32_t *saturations) {
     if (shift >= 0) {
         return num_saturated((int64_t)a * ((int64_t)1 << shift), saturations);
@@ -159,12 +158,12 @@ static inline num_t num_shift(num_t a, int32_t shift, uint32_t *saturations) {
     return (num_t)num_rounded(a, (uint32_t)-shift);
 }
 
-/* A number times one within +-1. */
+/* a * unit, where |unit| is at most 1. */
 static inline num_t num_unit_times(num_unit_t unit, num_t a) {
     return (num_t)num_rounded((int64_t)unit * a, 30u);
 }
 
-/* cosine first + sine second, which a rotation keeps within the range of numbers that are not at its end. */
+/* cosine * first + sine * second. A rotation keeps it in range unless an operand is at its limit. */
 static inline num_t num_unit_turned(num_unit_t cosine, num_unit_t sine, num_t first, num_t second) {
     return (num_t)num_rounded(((int64_t)cosine * first) + ((int64_t)sine * second), 30u);
 }
@@ -179,7 +178,7 @@ static inline num_t num_turned_second(num_unit_t cosine, num_unit_t sine, num_t 
     return num_saturated(num_rounded(((int64_t)cosine * second) - ((int64_t)sine * first), 30u), saturations);
 }
 
-/* The rotation that turns the pair (first, second) onto the first axis, to 6e-9; none of (0, 0). */
+/* The rotation that turns the pair (first, second) onto the first axis; error 6e-9. The identity for (0, 0). */
 static inline num_rotation_t num_rotation(num_t first, num_t second, uint32_t *saturations) {
     const num_wide_t square = num_wide(first, first) + num_wide(second, second);
     if (square == 0) {
@@ -192,26 +191,26 @@ static inline num_rotation_t num_rotation(num_t first, num_t second, uint32_t *s
         .cos = cosine, .sin = sine, .length = num_turned_first(cosine, sine, first, second, saturations)};
 }
 
-/* a / 2^right * 2^left of a size. */
+/* size / 2^right * 2^left. */
 static inline num_t num_rescaled(int64_t a, uint32_t right, uint32_t left) {
     const uint64_t size = (((uint64_t)((a < 0) ? -a : a)) >> right) << left;
     return (a < 0) ? -(num_t)size : (num_t)size;
 }
 
-/* The same of (first^2 - shift, first second), up to its length. Sizes below 2^16. */
+/* The rotation for (first^2 - shift, first * second), except for its length. Precondition: sizes below 2^16. */
 static inline num_rotation_t num_shifted_rotation(num_t first, num_t second, num_wide_t shift, uint32_t *saturations) {
     const int64_t along = num_wide(first, first) - shift;
     const int64_t across = num_wide(first, second);
     const int32_t excess = 36 - __builtin_clzll((uint64_t)((along < 0) ? -along : along) |
-                                                (uint64_t)((across < 0) ? -across : across) | 1u); /* over 28 bits */
+                                                (uint64_t)((across < 0) ? -across : across) | 1u); /* bits above 28 */
     const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
     const uint32_t left = (excess < 0) ? (uint32_t)-excess : 0u;
     return num_rotation(num_rescaled(along, right, left), num_rescaled(across, right, left), saturations);
 }
 
-/* The smaller eigenvalue of the symmetric matrix [a, b; b, c], to about 30 bits of the largest entry. By the tangent of
- * the angle that makes the matrix diagonal, from the double angle's cosine and sine. Entries below 2^16 in size; a and
- * c, squares, are never negative, nor is what is returned. */
+/* The smaller eigenvalue of the symmetric matrix [a, b; b, c], to about 30 bits of the largest entry. It uses the
+ * tangent of the angle that diagonalises the matrix, from cosine and sine of the double angle. Preconditions: entries
+ * below 2^16 in size; a and c not negative. The result is not negative. */
 static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_wide_t b) {
     const int64_t smaller = (a < c) ? a : c;
     const uint64_t difference = (uint64_t)((a < c) ? (c - a) : (a - c));
@@ -219,7 +218,7 @@ static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_
     if (twice == 0u) {
         return smaller;
     }
-    const int32_t excess = 34 - __builtin_clzll(difference | twice); /* over 30 bits */
+    const int32_t excess = 34 - __builtin_clzll(difference | twice); /* bits above 30 */
     const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
     const uint32_t left = (excess < 0) ? (uint32_t)-excess : 0u;
     const uint64_t along = (difference >> right) << left;
@@ -237,13 +236,13 @@ static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_
     return (exchange > smaller) ? 0 : (smaller - exchange);
 }
 
-/* a * b of Q30, both within +-2. */
+/* a * b in Q30. Precondition: both within +-2. */
 static inline int32_t num_mul30(int32_t a, int32_t b) {
     return (int32_t)num_rounded((int64_t)a * b, 30u);
 }
 
-/* Reduction to a quarter turn with pi / 2 in Q50 (exact to 2e-13 after the largest angle's 326 quarters), Taylor's
- * polynomials on +-pi/4 in Q30: 1.8e-9 is cut off. */
+/* Reduction to a quarter turn with pi / 2 in Q50 (error 2e-13 at the largest angle, 326 quarters), then Taylor
+ * polynomials on +-pi/4 in Q30 (truncation error 1.8e-9). */
 static inline num_sincos_t num_sincos(num_t angle) {
     const int64_t scaled = (int64_t)angle * 268435456;                             /* Q50 */
     const int32_t quarter = (int32_t)num_rounded((int64_t)angle * 683565276, 52u); /* 2 / pi in Q30 */

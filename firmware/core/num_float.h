@@ -1,16 +1,15 @@
 /* num_float: num_t as binary32. Included by num.h only.
  *
- * sqrt comes from the compiler's builtin, which is one instruction on every target that has a float unit (and IEEE
- * exact on all). No library is called. A number times num_inverse_root: 1.8e-7 of the result
- * (tests/unit/test_num_range.c). Angles: error of sine and cosine at most 1.2e-7 for |angle| <= 32 rad (measured over
- * the whole range by tests/unit/test_num.c); larger angles lose accuracy in proportion, and up to 1e5 rad never the
- * value range of -1.0001 to 1.0001.
+ * sqrt is the compiler's builtin: one instruction on every target with a float unit, and IEEE exact on all targets. No
+ * library is called. A number times num_inverse_root: relative error 1.8e-7 (tests/unit/test_num_range.c). Sine and
+ * cosine: error at most 1.2e-7 for |angle| <= 32 rad (measured over the whole range by tests/unit/test_num.c). The
+ * error grows in proportion to larger angles. Up to 1e5 rad the results stay within -1.0001 to 1.0001.
  */
 #define NUM(x)      ((num_t)(x))
 #define NUM_NUMERIC 1u
 
-/* Without -fno-math-errno the builtin calls sqrtf for negative numbers, to set errno. The instruction is used directly
- * then, so that no program needs libm. */
+/* Without -fno-math-errno the builtin calls sqrtf for negative numbers to set errno. The instruction is then used
+ * directly, so that no program needs libm. */
 static inline float num_float_root(float square) {
 #if !defined(__NO_MATH_ERRNO__) && (defined(__x86_64__) || defined(__aarch64__))
     float root;
@@ -27,7 +26,7 @@ static inline float num_float_root(float square) {
 
 typedef float num_inverse_t; /* 1 / sqrt(.) */
 
-#define NUM_INVERSE_NONE 0.0f /* times it, anything is zero */
+#define NUM_INVERSE_NONE 0.0f /* its product with any number is zero */
 
 /* Force inlining so that each call specialises on its constant arguments. Never on soft-float targets. */
 #ifdef __SOFTFP__
@@ -99,7 +98,7 @@ static inline num_t num_shift(num_t a, int32_t shift, uint32_t *saturations) {
     return a;
 }
 
-/* False for NaN and infinity: both are what they are by an exponent of all ones. */
+/* False for NaN and infinity, whose exponent bits are all ones. */
 static inline bool num_finite(num_t a) {
     return (a - a) == 0.0f;
 }
@@ -108,7 +107,7 @@ static inline num_t num_unit_times(num_unit_t unit, num_t a) {
     return unit * a;
 }
 
-/* cosine first + sine second. */
+/* cosine * first + sine * second. */
 static inline num_t num_unit_turned(num_unit_t cosine, num_unit_t sine, num_t first, num_t second) {
     return cosine * first + sine * second;
 }
@@ -125,8 +124,8 @@ static inline num_t num_turned_second(num_unit_t cosine, num_unit_t sine, num_t 
     return cosine * second - sine * first;
 }
 
-/* The rotation that turns the pair (first, second) onto the first axis. A pair shorter than 1e-15, whose square may
- * have no exact float, stays where it is. */
+/* The rotation that turns the pair (first, second) onto the first axis. The identity for a pair shorter than 1e-15,
+ * whose square may have no exact float. */
 static inline num_rotation_t num_rotation(num_t first, num_t second, uint32_t *saturations) {
     (void)saturations;
     const float length = num_float_root(first * first + second * second);
@@ -137,7 +136,7 @@ static inline num_rotation_t num_rotation(num_t first, num_t second, uint32_t *s
     return (num_rotation_t){.cos = first * inverse, .sin = second * inverse, .length = length};
 }
 
-/* The same of (first^2 - shift, first second), up to its length. */
+/* The rotation for (first^2 - shift, first * second), except for its length. */
 static inline num_rotation_t num_shifted_rotation(num_t first, num_t second, num_wide_t shift, uint32_t *saturations) {
     return (first == 0.0f) ? num_rotation(1.0f, 0.0f, saturations)
                            : num_rotation(first - shift / first, second, saturations);
@@ -154,7 +153,7 @@ static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_
 
 /* Cody and Waite's reduction to a quarter turn in three parts, then minimax polynomials on +-pi/4. */
 static inline num_sincos_t num_sincos(num_t angle) {
-    const float magic = 12582912.0f; /* 1.5 * 2^23: a sum with it is rounded to an integer, which is its lowest bits */
+    const float magic = 12582912.0f; /* 1.5 * 2^23: adding it rounds to an integer, in the sum's lowest bits */
     const float shifted = angle * 0.636619772f + magic;
     const float k = shifted - magic;
     uint32_t quarter;

@@ -6,8 +6,8 @@ void observer_init(observer_t *self) {
     *self = (observer_t){0};
 }
 
-/* How much the sample at the interval's beginning has in the mean torque over the interval, by its length: of samples
- * at both ends, half; of means over one cycle each, what a torque that changes steadily needs. */
+/* Weight of the first sample in the mean torque over a gap, indexed by gap - 1. Samples at both ends: one half. Means
+ * over one cycle each: the weight that is exact for a torque that changes linearly. */
 static const num_t share_instant[OBSERVER_MAX_GAP] = {NUM(0.5), NUM(0.5), NUM(0.5), NUM(0.5)};
 static const num_t share_interval[OBSERVER_MAX_GAP] = {NUM(0), NUM(0.25), NUM(0.333333333), NUM(0.375)};
 

@@ -1,5 +1,5 @@
-/* reflector: Householder's reflection I - u u^T, u of squared length 2, along the joints. The index at which a
- * reflector begins is worth a constant: each of these is a copy of its own there (NUM_STEP).
+/* reflector: Householder's reflection I - u u^T along the joints, where u has the squared length 2. The index at which
+ * a reflector starts should be a compile-time constant: the compiler then makes a copy for each start (NUM_STEP).
  */
 #ifndef TAUPERP_REFLECTOR_H
 #define TAUPERP_REFLECTOR_H
@@ -8,11 +8,11 @@
 
 #define REFLECTOR_ROWS ROBOT_JOINTS
 
-/* A vector this short is zero: the square of what rounding leaves of a zero may have no exact float. */
+/* A vector this short counts as zero: the square of a rounding residue may have no exact float. */
 #define REFLECTOR_NOTHING NUM(1e-15)
 
-/* The vector u of squared length 2, in place of x, whose reflection sends x onto the axis of entry `at`; zero when x
- * is. Returns what x becomes there. Entries `at` to `end` - 1. */
+/* Replaces x by the vector u whose reflection maps x onto the axis of entry `at`; u is zero if x is. Returns the image
+ * of x on that axis. Only entries `at` to `end` - 1 are used. */
 NUM_STEP num_t reflector_make(num_t x[], const uint32_t at, const uint32_t end, uint32_t *saturations) {
     num_t size = NUM(0);
     for (uint32_t i = at; i < end; ++i) {
@@ -25,7 +25,7 @@ NUM_STEP num_t reflector_make(num_t x[], const uint32_t at, const uint32_t end, 
         square += num_wide(x[i], x[i]);
     }
     const num_t length = num_root(square);
-    const num_t image = (x[at] < NUM(0)) ? length : -length; /* the sign that cancels nothing */
+    const num_t image = (x[at] < NUM(0)) ? length : -length; /* the sign without cancellation */
     x[at] -= image;
     const num_inverse_t inverse =
         (length <= REFLECTOR_NOTHING) ? NUM_INVERSE_NONE : num_inverse_root(num_wide(length, num_abs(x[at])));
@@ -35,7 +35,7 @@ NUM_STEP num_t reflector_make(num_t x[], const uint32_t at, const uint32_t end, 
     return num_shift(image, -shift, saturations);
 }
 
-/* to = (I - u u^T) from, for a reflector u that begins at `at`; what is before stays as it is. */
+/* to = (I - u u^T) from, for a reflector u that starts at `at`. Entries before `at` are copied. */
 NUM_STEP void reflector_apply(const num_t u[], const num_t from[], num_t to[], const uint32_t at,
                               uint32_t *saturations) {
     num_t x[REFLECTOR_ROWS];

@@ -5,7 +5,7 @@
 
 enum { LINEAR = 0, ANGULAR = 3, ROWS = ROBOT_JOINTS, TORQUE = REGRESSOR_COLUMNS };
 
-/* What one unit of a parameter asks for, over a step. */
+/* Wrench per unit of each parameter, as a mean over the step. */
 typedef struct {
     vec3_t force, moment;
 } pull_t;
@@ -36,7 +36,7 @@ static vec3_t angular_rate(const motion_t *motion, const num_t velocity[], uint3
     return (vec3_t){.x = sum[0], .y = sum[1], .z = sum[2]};
 }
 
-/* The second-order low-pass of bank.h; `u` carries the factor 1 - a as the observer's update does. */
+/* The second-order low-pass of bank.h. `u` carries the factor 1 - a, as the observer's update does. */
 static void low_pass(const channel_config_t *c, uint32_t g, num_t level[], num_t slope[], const num_t u[],
                      uint32_t *saturations) {
     for (uint32_t i = 0; i < (uint32_t)ROWS; ++i) {
@@ -49,7 +49,7 @@ static void low_pass(const channel_config_t *c, uint32_t g, num_t level[], num_t
     }
 }
 
-/* Each parameter's pull, times 1 - a. */
+/* Joint torque of each parameter, times 1 - a. */
 static void pulls(regressor_t *self, const observer_t *observer, num_t per_step, vec3_t gravity, const motion_t *motion,
                   vec3_t velocity, vec3_t rate, pull_t pull[REGRESSOR_COLUMNS]) {
     uint32_t *const sat = &self->saturations;
@@ -76,7 +76,7 @@ static void pulls(regressor_t *self, const observer_t *observer, num_t per_step,
 static void columns(regressor_t *self, const channel_config_t *filter, uint32_t g, const motion_t *motion,
                     const pull_t pull[REGRESSOR_COLUMNS]) {
     uint32_t *const sat = &self->saturations;
-    for (uint32_t r = 0; r < MOTION_TWIST_ROWS; ++r) { /* the mean of both ends, in place */
+    for (uint32_t r = 0; r < MOTION_TWIST_ROWS; ++r) { /* in place: the mean of both ends */
         for (uint32_t i = 0; i < (uint32_t)ROWS; ++i) {
             self->jacobian[r][i] = num_mul(NUM(0.5), num_add(self->jacobian[r][i], motion->jacobian[r][i], sat), sat);
         }

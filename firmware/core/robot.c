@@ -16,8 +16,8 @@ static bool is_one(num_wide_t square) {
     return (error < NUM(1e-5)) && (error > NUM(-1e-5)); /* false for NaN */
 }
 
-/* Below 64 in size: no arm of this wire's torques is near, and sums of products stay in range (num.h). Not so for NaN.
- */
+/* Below 64 in size. No arm with torques of this wire comes near, and sums of products stay in range (num.h). False for
+ * NaN. */
 static bool moderate(num_t a) {
     return num_abs(a) < NUM(64);
 }
@@ -27,10 +27,10 @@ static bool vec3_moderate(const vec3_t *v) {
 }
 
 static num_t span_of(const vec3_t *v) {
-    return num_abs(v->x) + num_abs(v->y) + num_abs(v->z); /* each below 64 */
+    return num_abs(v->x) + num_abs(v->y) + num_abs(v->z); /* no overflow: each component is below 64 */
 }
 
-/* No point of the arm is 60 m away, so that no entry of the Jacobian is. */
+/* No point of the arm is 60 m away, and so no entry of the Jacobian is 60 m or more. */
 static bool reach_is_moderate(const robot_t *robot) {
     uint32_t held = 0;
     num_t reach = span_of(&robot->tip);
@@ -40,7 +40,7 @@ static bool reach_is_moderate(const robot_t *robot) {
     return reach < NUM(60);
 }
 
-static bool joint_holds(const robot_joint_t *joint) {
+static bool joint_is_valid(const robot_joint_t *joint) {
     return vec3_moderate(&joint->offset) && moderate(joint->zero_rad) && moderate(joint->moment_x) &&
            moderate(joint->moment_y) && moderate(joint->inertia_xx) && moderate(joint->inertia_xy) &&
            moderate(joint->inertia_xz) && moderate(joint->inertia_yz) && moderate(joint->inertia_zz) &&
@@ -59,7 +59,7 @@ bool robot_holds(const robot_t *robot) {
         holds = holds && is_one(num_wide(row[0], row[0]) + num_wide(row[1], row[1]) + num_wide(row[2], row[2]));
     }
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
-        holds = holds && joint_holds(&robot->joint[i]);
+        holds = holds && joint_is_valid(&robot->joint[i]);
     }
     return holds && reach_is_moderate(robot);
 }

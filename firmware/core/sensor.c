@@ -14,11 +14,11 @@ bool sensor_config_is_valid(const sensor_config_t *config) {
 
 void sensor_correct(const sensor_config_t *config, uint32_t joints, const num_t *velocity, const num_t *torque,
                     num_t *corrected) {
-    uint32_t never = 0; /* the bounds leave nothing to saturate; a block that was corrupted since may */
+    uint32_t ignored = 0; /* the bounds exclude saturation, unless the block was corrupted after its check */
     for (uint32_t i = 0; i < joints; ++i) {
-        const num_t speed = num_mul(velocity[i], NUM(1.0 / SENSOR_FULL_FRICTION_RAD_S), &never);
+        const num_t speed = num_mul(velocity[i], NUM(1.0 / SENSOR_FULL_FRICTION_RAD_S), &ignored);
         const num_t direction = num_max(NUM(-1), num_min(NUM(1), speed));
-        const num_t friction = num_mul(config->friction_nm[i], direction, &never);
-        corrected[i] = num_subtract(num_subtract(torque[i], config->offset_nm[i], &never), friction, &never);
+        const num_t friction = num_mul(config->friction_nm[i], direction, &ignored);
+        corrected[i] = num_subtract(num_subtract(torque[i], config->offset_nm[i], &ignored), friction, &ignored);
     }
 }

@@ -18,7 +18,7 @@ static uint32_t without_zeros(uint32_t k, const num_t column[][ROBOT_MAX_JOINTS]
     return count;
 }
 
-/* x - (u x) u. Returns u x. */
+/* Replaces x by x - (u . x) u. Returns u . x. */
 static __attribute__((noinline)) num_t reflect(const num_t u[], const num_t from[], num_t to[], uint32_t *saturations) {
     num_t x[ROWS];
     num_wide_t along = num_widen(NUM(0));
@@ -33,14 +33,14 @@ static __attribute__((noinline)) num_t reflect(const num_t u[], const num_t from
     return scale;
 }
 
-/* The reflection of (x, s) onto the axis of s, in place of x. Returns u's entry there. */
+/* Replaces x by the reflector that maps (x, s) onto the axis of s. Returns its entry on that axis. */
 static num_t make(soft_t *self, num_t x[], num_t s, uint32_t at) {
     num_wide_t square = num_wide(s, s);
     for (uint32_t i = 0; i < (uint32_t)ROWS; ++i) {
         square += num_wide(x[i], x[i]);
     }
     const num_t length = num_root(square);
-    const num_t sum = num_add(length, s, &self->saturations); /* both positive: nothing cancels */
+    const num_t sum = num_add(length, s, &self->saturations); /* both positive: no cancellation */
     const num_inverse_t inverse = num_inverse_root(num_wide(length, sum));
     for (uint32_t i = 0; i < (uint32_t)ROWS; ++i) {
         x[i] = num_times(x[i], inverse, &self->saturations);
@@ -49,56 +49,58 @@ static num_t make(soft_t *self, num_t x[], num_t s, uint32_t at) {
     return num_times(sum, inverse, &self->saturations);
 }
 
-/* w / |w|, in place. Returns |w|. */
-static num_t normalise(num_t w[], uint32_t count, uint32_t *held) {
+/* Normalises w in place. Returns |w|. */
+static num_t normalise(num_t w[], uint32_t count, uint32_t *ignored) {
     num_wide_t square = num_widen(NUM(0));
     for (uint32_t c = 0; c < count; ++c) {
         square += num_wide(w[c], w[c]);
     }
     const num_inverse_t inverse = num_inverse_root(square);
     for (uint32_t c = 0; c < count; ++c) {
-        w[c] = num_times(w[c], inverse, held);
+        w[c] = num_times(w[c], inverse, ignored);
     }
     return num_root(square);
 }
 
-/* Every direction has its share. */
+/* A start vector with a component in every direction. */
 static void start_weakest(soft_t *self) {
-    uint32_t held = 0;
+    uint32_t ignored = 0;
     for (uint32_t c = 0; c < (uint32_t)COLUMNS; ++c) {
         self->weakest[c] = NUM(1);
     }
-    (void)normalise(self->weakest, self->columns, &held);
+    (void)normalise(self->weakest, self->columns, &ignored);
 }
 
-/* One inverse iteration on R^T R = A^T A + s^2 I, from the direction of the step before: the arm turns little. */
+/* One inverse iteration on R^T R = A^T A + s^2 I. It starts from the last direction, because the arm turns little in a
+ * tick. */
 static void follow_weakest(soft_t *self, num_t s) {
-    uint32_t held = 0; /* telemetry: a value at the end of its range is no reason to distrust the projection */
+    /* Ignored: this value is telemetry, and a saturation of it does not invalidate the projection. */
+    uint32_t ignored = 0;
     const uint32_t k = self->columns;
     num_t *const w = self->weakest;
     num_t inverse[COLUMNS];
     for (uint32_t c = 0; c < k; ++c) {
-        inverse[c] = num_div(NUM(1), self->triangle[c][c], &held);
+        inverse[c] = num_div(NUM(1), self->triangle[c][c], &ignored);
         num_wide_t rest = num_widen(w[c]);
         for (uint32_t j = 0; j < c; ++j) {
             rest -= num_wide(self->triangle[c][j], w[j]);
         }
-        w[c] = num_mul(num_narrow(rest, &held), inverse[c], &held);
+        w[c] = num_mul(num_narrow(rest, &ignored), inverse[c], &ignored);
     }
-    const num_t stretched = normalise(w, k, &held); /* 1 / singular value of R */
+    const num_t stretched = normalise(w, k, &ignored); /* 1 / singular value of R */
     for (uint32_t c = k; c > 0u; --c) {
         num_wide_t rest = num_widen(w[c - 1u]);
         for (uint32_t j = c; j < k; ++j) {
             rest -= num_wide(self->triangle[j][c - 1u], w[j]);
         }
-        w[c - 1u] = num_mul(num_narrow(rest, &held), inverse[c - 1u], &held);
+        w[c - 1u] = num_mul(num_narrow(rest, &ignored), inverse[c - 1u], &ignored);
     }
-    (void)normalise(w, k, &held);
+    (void)normalise(w, k, &ignored);
     if (!num_finite(stretched)) {
         start_weakest(self);
         return;
     }
-    const num_t singular = num_div(NUM(1), stretched, &held);
+    const num_t singular = num_div(NUM(1), stretched, &ignored);
     const num_wide_t square = num_wide(singular, singular) - num_wide(s, s);
     self->smallest = (square > num_widen(NUM(0))) ? num_root(square) : NUM(0);
 }
@@ -106,7 +108,7 @@ static void follow_weakest(soft_t *self, num_t s) {
 void soft_step(soft_t *self, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s) {
     const uint32_t count = without_zeros(k, column);
     const bool other = count != self->columns;
-    num_t last[COLUMNS]; /* of each reflection, its entry in the row of s I */
+    num_t last[COLUMNS]; /* per reflection, its entry in the row of s I */
     self->columns = count;
     self->smallest = NUM(0);
     for (uint32_t c = 0; c < count; ++c) {

@@ -165,11 +165,11 @@ static void decompose(subspace_t *self, work_t *work, uint32_t n, uint32_t k, co
     if (!made_of_numbers(b)) {
         return;
     }
-    uint32_t held = 0; /* saturations at values above any singular value: ignored */
-    const num_t limit = num_shift(tolerance, work->headroom, &held);
+    uint32_t ignored = 0; /* saturations above any singular value */
+    const num_t limit = num_shift(tolerance, work->headroom, &ignored);
     bidiagonal_path_t *const path = &self->path;
     bidiagonal_diagonalise(b, limit, all, path, &self->saturations);
-    num_t smallest = (path->ratio > NUM(0)) ? num_div(limit, path->ratio, &held) : NUM(511);
+    num_t smallest = (path->ratio > NUM(0)) ? num_div(limit, path->ratio, &ignored) : NUM(511);
     self->converged = path->done;
     uint32_t unexplained = 0;
     for (uint32_t i = path->open_rows; i < b->rows; ++i) {
@@ -205,7 +205,7 @@ void subspace_measure(subspace_t *self, uint32_t n, uint32_t k, const num_t colu
     }
 }
 
-/* Removes the explained directions from the first coordinates of x. */
+/* Removes the explained directions from the leading coordinates of x. */
 static void clear_explained(subspace_t *self, num_t x[]) {
     num_t sum[COLUMNS] = {NUM(0)};
     for (uint32_t d = 0; d < (self->directions - self->rank); ++d) {

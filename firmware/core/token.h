@@ -1,8 +1,8 @@
-/* token: proof that a stage ran on this tick's input.
+/* token: proof that every stage ran on the input of this tick.
  *
- * The first stage makes a token from its input, each later stage one from the token of the stage before it. The caller
- * clears all tokens before a tick and works out what the last one must be. A stage that did not run leaves a zero, or
- * the token of another input, and the rest of the chain shows it.
+ * The first stage makes a token from its input. Each later stage makes one from the token of the previous stage. The
+ * caller clears all tokens before a tick and computes the expected last token. A stage that did not run leaves zero, or
+ * the token of another input, and every later token is then wrong.
  */
 #ifndef TAUPERP_TOKEN_H
 #define TAUPERP_TOKEN_H
@@ -20,7 +20,7 @@ typedef enum {
     TOKEN_REGRESSOR = 8
 } token_stage_t;
 
-/* From the token of the stage before, and the bits of this stage's own input. Never zero: bit 0 is set. */
+/* Token of a stage from the previous stage's token and the bits of its own input. Never zero: bit 0 is set. */
 static inline uint32_t token_next(uint32_t before, token_stage_t stage, uint32_t bits) {
     return ((((before ^ bits) * 2654435761u) + (uint32_t)stage) << 1) | 1u;
 }

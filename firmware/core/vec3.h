@@ -1,4 +1,4 @@
-/* vec3: the few vector products of the motion pass. Saturations are counted as num.h says. */
+/* vec3: vector products of the motion pass. num.h states how saturations are counted. */
 #ifndef TAUPERP_VEC3_H
 #define TAUPERP_VEC3_H
 
@@ -25,8 +25,8 @@ static inline vec3_t vec3_cross(vec3_t a, vec3_t b, uint32_t *saturations) {
                     .z = num_narrow(num_wide(a.x, b.y) - num_wide(a.y, b.x), saturations)};
 }
 
-/* The squares of three components fit into num_wide_t while each is below VEC3_SQUARED: beyond, a quarter of v is
- * taken. */
+/* Squares of three components fit into num_wide_t while each component is below VEC3_SQUARED. Larger vectors are
+ * divided by four first. */
 #define VEC3_SQUARED NUM(128)
 
 static inline bool vec3_is_large(vec3_t v) {
@@ -41,7 +41,7 @@ static inline num_wide_t vec3_square(vec3_t v) {
     return num_wide(v.x, v.x) + num_wide(v.y, v.y) + num_wide(v.z, v.z);
 }
 
-/* v over its length; zero of zero. */
+/* v / |v|; zero for zero. */
 static inline vec3_t vec3_unit(vec3_t v, uint32_t *saturations) {
     const vec3_t u = vec3_is_large(v) ? vec3_quarter(v) : v;
     const num_wide_t square = vec3_square(u);
@@ -54,7 +54,7 @@ static inline vec3_t vec3_unit(vec3_t v, uint32_t *saturations) {
                     .z = num_times(u.z, inverse, saturations)};
 }
 
-/* The part of v across a unit vector; all of v across zero. */
+/* The part of v perpendicular to a unit vector; all of v if that vector is zero. */
 static inline vec3_t vec3_across(vec3_t v, vec3_t direction, uint32_t *saturations) {
     const num_t along = vec3_dot(v, direction, saturations);
     return (vec3_t){.x = num_subtract(v.x, num_mul(along, direction.x, saturations), saturations),
@@ -62,10 +62,11 @@ static inline vec3_t vec3_across(vec3_t v, vec3_t direction, uint32_t *saturatio
                     .z = num_subtract(v.z, num_mul(along, direction.z, saturations), saturations)};
 }
 
-/* In Q9.22 held at the largest number. */
+/* Length of v. In Q9.22 it saturates at the largest number. */
 static inline num_t vec3_length(vec3_t v) {
-    uint32_t held = 0;
-    return vec3_is_large(v) ? num_mul(num_root(vec3_square(vec3_quarter(v))), NUM(4), &held) : num_root(vec3_square(v));
+    uint32_t ignored = 0;
+    return vec3_is_large(v) ? num_mul(num_root(vec3_square(vec3_quarter(v))), NUM(4), &ignored)
+                            : num_root(vec3_square(v));
 }
 
 #endif

@@ -17,14 +17,14 @@
 #define PER_NM    100.0f
 #define PER_M_S2  1000.0f
 
-static bool range_holds(const robot_side_config_t *config) {
+static bool config_is_valid(const robot_side_config_t *config) {
     return (config->joints >= 1u) && (config->joints <= ROBOT_SIDE_MAX_JOINTS) && (config->answer_us > 0u) &&
            (config->hold_us >= config->answer_us);
 }
 
 bool robot_side_init(robot_side_t *self, const robot_side_config_t *config) {
     *self = (robot_side_t){0};
-    if (!range_holds(config)) {
+    if (!config_is_valid(config)) {
         return false;
     }
     self->config = *config;
