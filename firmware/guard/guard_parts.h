@@ -1,4 +1,4 @@
-/* guard_parts: how guard.c is divided. For the files of this folder only. */
+/* guard_parts: how the guard is divided. For the files of this folder only. */
 #ifndef TAUPERP_GUARD_PARTS_H
 #define TAUPERP_GUARD_PARTS_H
 
@@ -42,6 +42,42 @@ bool rise_step(rise_t *self, const detector_t *detector, uint32_t joints, uint64
 
 /* guard_receive.c: notes a fault for the next tick; of several, the worse class and then the first one stays. */
 void note_fault(guard_t *self, guard_reason_t reason, uint32_t joint);
+
+/* The inputs that have a deadline, in the order in which they are reported missing. */
+typedef enum { INPUT_NONE = 0, INPUT_SYNC = 1, INPUT_JOINTS = 2, INPUT_TASK = 3, INPUT_COUNT = 4 } input_t;
+
+/* Why a permission ends. */
+typedef struct {
+    guard_reason_t reason; /* GUARD_REASON_NONE: it goes on */
+    uint32_t joint;        /* 1 to n, or 0 */
+    uint32_t category;
+    num_t value_nm;
+    num_t threshold_nm;
+} guard_event_t;
+
+/* guard_events.c: the deadlines, and what ends a permission. */
+
+/* The first input that is past its deadline, or has not come yet. Looks at all of them, for the report's margin. */
+input_t missing_input(guard_t *self, uint64_t now_us);
+
+/* A deadline counts in cycles too, so that it holds whatever the clock does. False: the input is past it. */
+bool joints_in_cycles(const guard_t *self);
+bool task_in_cycles(const guard_t *self);
+
+/* The first joint, 1 to n, whose reading of the current cycle is not in; 0 if none is missing. */
+uint32_t missing_joint(const snapshot_t *snapshot);
+
+/* The observer has run for its settling time, so that it sees what already leans on the arm. */
+bool is_settled(const guard_t *self);
+
+/* Every input was good and nothing above its limits for reset_healthy_us. */
+bool healthy_for_long_enough(const guard_t *self, uint64_t now_us);
+
+guard_event_t contact_event(const guard_t *self);
+guard_event_t input_event(const guard_t *self, input_t missing, bool saturated);
+
+/* guard_verdict.c: what this tick says, and the second opinion on it. */
+void verdict_fill(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out);
 
 /* guard_supervise.c: the guard's supervision of itself. Returns GUARD_REASON_NONE, or why the guard cannot be trusted
  * any more: a reason of FAULT. Once per tick, before anything else. */

@@ -1,7 +1,7 @@
 """Every bound of a configuration block, by the firmware's own check: the last value inside passes, the next does not.
 
-The rows name the bounds of firmware/guard/config_bounds.h and config_bounds.c. A field without a row fails
-test_every_field_has_a_row.
+The rows name the bounds of firmware/guard/config_bounds.h and of config_bounds.c, config_filters.c and config_tasks.c.
+A field without a row fails test_every_field_has_a_row.
 """
 
 import dataclasses
