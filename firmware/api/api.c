@@ -6,7 +6,7 @@
 typedef struct {
     guard_t guard;
     schedule_t schedule;
-    guard_output_t out; /* here rather than on the stack */
+    guard_output_t out; /* a member, to keep it off the stack */
 } state_t;
 
 _Static_assert(sizeof(state_t) <= sizeof(tauperp_guard_t), "TAUPERP_GUARD_BYTES is too small");

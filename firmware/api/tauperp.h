@@ -1,4 +1,4 @@
-/* tauperp: the collision guard for a controller's own program. This is the only header to include.
+/* tauperp: the collision guard for a controller's own program. Include this header only.
  *
  *     #include "tauperp.h"
  *
@@ -17,13 +17,13 @@
  *         }
  *     }
  *
- * firmware/examples/minimal is that program in full. docs/porting.md says what a board has to provide and check.
+ * firmware/examples/minimal is the complete program. docs/porting.md states what a board must provide and check.
  *
- * The firmware comes in two numeric types, float32 and Q9.22. TAUPERP_FIXED selects the one that this header declares.
+ * The firmware exists in two numeric types, float32 and Q9.22. TAUPERP_FIXED selects the one that this header declares.
  * Every external symbol carries the prefix of its type, so one program may link both.
  *
- * There is no allocation, no clock, no input or output, and no global state. One guard is used by one thread.
- * now_us is microseconds of any monotonic clock. No function waits; none fails except as stated.
+ * The functions use no heap, clock, I/O or global state. One thread uses one guard. now_us is microseconds of any
+ * monotonic clock. No function waits. No function fails, except as stated.
  */
 #ifndef TAUPERP_API_H
 #define TAUPERP_API_H
@@ -51,10 +51,10 @@ extern "C" {
 #endif
 
 #define TAUPERP_MAX_JOINTS  8u
-#define TAUPERP_MAX_FRAMES  2u    /* that one tick puts out */
+#define TAUPERP_MAX_FRAMES  2u    /* most frames of one tick */
 #define TAUPERP_GUARD_BYTES 5632u /* enough for the state of a guard with eight joints */
 
-/* One guard's state. Allocate it statically; its content is private. */
+/* The state of one guard. Allocate it statically. Its content is private. */
 typedef struct {
     uint64_t storage[TAUPERP_GUARD_BYTES / sizeof(uint64_t)];
 } tauperp_guard_t;
@@ -68,12 +68,12 @@ enum {
 
 typedef struct {
     uint32_t id;
-    uint8_t length; /* bytes on the wire, 0 to 64; the guard refuses frames above 8 by their length */
+    uint8_t length; /* bytes on the wire, 0 to 64; the guard refuses a frame above 8 by its length */
     uint8_t flags;  /* TAUPERP_FRAME_* */
     uint8_t data[8];
 } tauperp_frame_t;
 
-/* Why the guard starts, as the board's reset-cause register says. Unknown counts as unexpected. */
+/* Cause of the start, from the board's reset-cause register. UNKNOWN counts as unexpected. */
 enum {
     TAUPERP_START_UNKNOWN = 0,
     TAUPERP_START_POWER_ON = 1,
@@ -95,12 +95,12 @@ enum {
 /* Reasons that a board reports by tauperp_trip. The DBC lists all reasons (StopCommand.Reason). */
 enum {
     TAUPERP_REASON_BUS_OFF = 19,
-    TAUPERP_REASON_BUS_DOWN = 20,    /* frames do not get onto the bus */
+    TAUPERP_REASON_BUS_DOWN = 20,    /* frames cannot be sent */
     TAUPERP_REASON_RX_OVERFLOW = 21, /* frames were lost before they were read */
     TAUPERP_REASON_SHUTDOWN = 22
 };
 
-#define TAUPERP_OK 1u /* of tauperp_init */
+#define TAUPERP_OK 1u /* result of tauperp_init */
 
 /* Verdict of one tick. Torques in mNm, rounded to nearest, range +-512,000. */
 typedef struct {
@@ -108,8 +108,8 @@ typedef struct {
     uint8_t state;         /* TAUPERP_STATE_* */
     uint8_t reason;        /* StopCommand.Reason in the DBC */
     uint8_t stop_category; /* of IEC 60204-1: 0, 1, 2 */
-    uint8_t task;          /* in force; TaskCommand.Task in the DBC */
-    uint8_t joint;         /* 1 to n: of the trip, or the joint that is waited for; 0 none */
+    uint8_t task;          /* active task; TaskCommand.Task in the DBC */
+    uint8_t joint;         /* 1 to n: joint of the trip, or the joint that the guard waits for; 0: none */
     uint8_t trip_number;   /* of the last trip; 0 before the first */
     uint8_t frame_count;   /* frames to send, in this order */
     tauperp_frame_t frame[TAUPERP_MAX_FRAMES];
@@ -119,32 +119,33 @@ typedef struct {
 } tauperp_output_t;
 
 /* Checks the configuration block that `tauperp config FILE -o block.c` wrote, and starts the guard.
- *   block      in place, unchanged and aligned to 4 bytes for as long as the guard is used
+ *   block      stays in place, unchanged and aligned to 4 bytes, as long as the guard is used
  *   start      TAUPERP_START_*
- *   restarts   unexpected restarts since the last power-on or commanded start, this one included; above 3 is FAULT
- * Returns TAUPERP_OK, or the number of the reason why the block is refused (guard_status_t in guard/config.h). A guard
- * with a refused block is safe to use: its ticks put out a StopCommand without permission. About 100,000 instructions.
+ *   restarts   unexpected restarts since the last power-on or commanded start, including this one; above 3 means FAULT
+ * Returns TAUPERP_OK, or the number of the reason why it refuses the block (guard_status_t in guard/config.h). A guard
+ * with a refused block is safe to use: its ticks send a StopCommand without permission. Cost: about 100,000
+ * instructions.
  */
 uint32_t tauperp_init(tauperp_guard_t *self, const void *block, size_t block_size, uint32_t start, uint32_t restarts,
                       uint64_t now_us);
 
-/* For each received frame, in order of reception. True if the cycle is complete: call tauperp_tick now. */
+/* Call for each received frame, in order of reception. True if the cycle is complete: call tauperp_tick now. */
 bool tauperp_receive(tauperp_guard_t *self, const tauperp_frame_t *frame, uint64_t now_us);
 
-/* True if a tick has to be made because its time has come. Call it whenever no frame is waiting. */
+/* True if a tick must be made because its time has come. Call it whenever no frame is waiting. */
 bool tauperp_is_due(const tauperp_guard_t *self, uint64_t now_us);
 
-/* When tauperp_is_due becomes true: for a program that sleeps. */
+/* The time at which tauperp_is_due becomes true, for a program that sleeps. */
 uint64_t tauperp_due_us(const tauperp_guard_t *self);
 
-/* One tick. Send out->frame[0 .. frame_count-1] in this order, and take back what of the last answer is still waiting
- * in the controller: an old permission must not go out late. Cost: `make bench`. */
+/* One tick. Before sending out->frame[0 .. frame_count-1] in this order, cancel frames of the last answer that the
+ * controller still holds: an old permission must not be sent late. Cost: `make bench`. */
 void tauperp_tick(tauperp_guard_t *self, uint64_t now_us, tauperp_output_t *out);
 
-/* Duration of the tick just made, microseconds. Above the configured budget the next tick is FAULT. */
+/* Duration of the last tick, microseconds. Above the configured budget the next tick is FAULT. */
 void tauperp_note_tick_time(tauperp_guard_t *self, uint32_t tick_us);
 
-/* A fault that only the board can see, TAUPERP_REASON_*. The next tick stops. Another number is FAULT. */
+/* Reports a fault that only the board can see, TAUPERP_REASON_*. The next tick stops. Any other number means FAULT. */
 void tauperp_trip(tauperp_guard_t *self, uint32_t reason);
 
 #ifdef __cplusplus

@@ -6,12 +6,12 @@
 #define MOVE_INVERTED 0xEu
 #define NO_REASON     1u          /* StopCommand.Reason of a permission */
 #define MAX_DELTA     4u          /* StopCommand's MaxDeltaCounter */
-#define COMPANY       8u          /* so many StopCommands out of sequence ... */
-#define SEQUENCE      0x00FFFFFFu /* ... among the last 24 are a second guard's */
-#define SILENCE       1u          /* stop category without a valid frame */
+#define SECOND_GUARD  8u          /* a second guard exists if this many StopCommands ... */
+#define LAST_24       0x00FFFFFFu /* ... among the last 24 are out of sequence */
+#define SILENCE       1u          /* stop category if no valid frame arrived */
 #define RAW_LIMIT     32767.0f
 
-/* Physical value of one bit, inverted (dbc/tauperp.dbc; tests/host/test_robot_side.py compares with cantools). */
+/* Physical value of one bit, inverted (dbc/tauperp.dbc). tests/host/test_robot_side.py compares with cantools. */
 #define PER_RAD   8000.0f
 #define PER_RAD_S 4000.0f
 #define PER_NM    100.0f
@@ -44,7 +44,7 @@ static void seal(const protocol_receive_t *entry, uint16_t cycle, can_frame_t *f
     e2e_seal(frame->data, frame->length, entry->data_ids, (uint8_t)(cycle & E2E_COUNTER_MASK));
 }
 
-/* Nearest raw value, little-endian. False if it does not fit, or is not a number. */
+/* Writes the nearest raw value, little-endian. False if the value does not fit or is not a number. */
 static bool put(uint8_t *at, float value, float per_unit) {
     const float scaled = value * per_unit;
     if (!((scaled >= -RAW_LIMIT) && (scaled <= RAW_LIMIT))) {
@@ -137,16 +137,16 @@ void robot_side_reset(robot_side_t *self, bool request, can_frame_t *frame) {
 static robot_side_permit_t unpack(const can_frame_t *frame) {
     const uint8_t category = frame->data[3] & 0x3u;
     return (robot_side_permit_t){.category =
-                                     (category <= 2u) ? category : 0u, /* an unknown category counts as the worst */
+                                     (category <= 2u) ? category : 0u, /* an unknown category counts as category 0 */
                                  .reason = frame->data[4],
                                  .joint = (uint8_t)(frame->data[1] >> 4u),
                                  .trip = frame->data[5]};
 }
 
-/* Both copies permit, and no other field contradicts them or is out of range. */
+/* True if both copies permit and no other field contradicts them or is out of range. */
 static bool is_move(const can_frame_t *frame) {
     const bool both = ((frame->data[2] & 0xFu) == MOVE) && ((frame->data[2] >> 4u) == MOVE_INVERTED);
-    const bool valued = (frame->data[6] != 0x00u) || (frame->data[7] != 0x80u); /* IndexValue: not available */
+    const bool valued = (frame->data[6] != 0x00u) || (frame->data[7] != 0x80u); /* IndexValue is not "not available" */
     return both && valued && (frame->data[4] == NO_REASON) && ((frame->data[3] & 0x3u) <= 2u) &&
            ((frame->data[1] >> 4u) <= ROBOT_SIDE_MAX_JOINTS);
 }
@@ -170,11 +170,11 @@ void robot_side_hear(robot_side_t *self, const can_frame_t *frame, uint64_t now_
         return;
     }
     const bool out_of_sequence = (status == E2E_REPEATED) || (status == E2E_WRONG_SEQUENCE);
-    self->sequence = ((self->sequence << 1u) | (out_of_sequence ? 1u : 0u)) & SEQUENCE;
+    self->sequence = ((self->sequence << 1u) | (out_of_sequence ? 1u : 0u)) & LAST_24;
     robot_side_permit_t said = unpack(frame);
     self->last_trip = said.trip;
     if (!is_move(frame)) {
-        /* A stop needs neither a fresh counter nor the cycle. The worst one is obeyed. */
+        /* A stop needs neither a fresh counter nor the current cycle. The worst stop applies. */
         if (!self->stopped || (said.category <= self->stop.category)) {
             self->stop = said;
         }
@@ -191,7 +191,7 @@ void robot_side_hear(robot_side_t *self, const can_frame_t *frame, uint64_t now_
 }
 
 bool robot_side_has_company(const robot_side_t *self) {
-    return bits_of(self->sequence) >= COMPANY;
+    return bits_of(self->sequence) >= SECOND_GUARD;
 }
 
 robot_side_permit_t robot_side_permit(const robot_side_t *self, uint64_t now_us) {

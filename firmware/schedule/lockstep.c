@@ -5,7 +5,7 @@
 
 #define HALF_WAY 0x8000u /* a larger difference of cycles means an older cycle */
 
-/* A Sync with a valid CRC; its counter does not matter here. */
+/* A Sync with a valid CRC. Its counter does not matter here. */
 static bool is_sync(const can_frame_t *frame, struct tauperp_sync_t *message) {
     const protocol_receive_t *const entry = &protocol_receive[PROTOCOL_RECEIVE_SYNC];
     const uint8_t wrong = (uint8_t)(CAN_FRAME_EXTENDED | CAN_FRAME_REMOTE);
@@ -25,7 +25,7 @@ static uint32_t steps_to(lockstep_t *self, uint16_t cycle) {
     const uint16_t ahead = (uint16_t)(cycle - self->newest);
     if (ahead == 0u) {
         if (self->assumed) {
-            /* The robot had only paused: the cycle that counted as lost begins now. */
+            /* The robot was only paused. The cycle that counted as lost starts now. */
             self->ticked = false;
         }
         return 0;

@@ -1,15 +1,16 @@
 /* e2e: AUTOSAR E2E profile 2. It detects corrupted, lost, repeated, reordered and misaddressed frames.
  *
- * Byte 0 of a frame is a CRC-8 (polynomial 0x2F, start and final xor 0xFF), the low nibble of byte 1 a counter that
- * wraps from 15 to 0. The CRC covers every byte behind it, then one byte of the message's 16 data ids, picked by the
- * counter: a frame of another message is a wrong CRC (AUTOSAR FO PRS E2EProtocol, chapter on profile 2).
+ * Byte 0 of a frame is a CRC-8 (polynomial 0x2F, initial value and final XOR 0xFF). The low nibble of byte 1 is a
+ * counter that wraps from 15 to 0. The CRC covers all bytes after it, then one of the message's 16 data ids. The
+ * counter selects that id, so a frame of another message has a wrong CRC (AUTOSAR FO PRS E2EProtocol, chapter on
+ * profile 2).
  *
- * The counter cannot tell a gap from the same gap plus 16 frames. The receiver must hold a deadline shorter than
- * 16 cycles on every periodic message.
+ * The counter cannot distinguish a gap from the same gap plus 16 frames. The receiver must therefore set a deadline
+ * below 16 cycles for every periodic message.
  *
- * Both state structs start as all zero bytes. Lengths are 2 to 255 bytes, ids are 16 bytes; none is checked here: the
- * caller takes both from the const tables of protocol.h. Cost: one table look-up per byte, about 70 instructions for
- * an 8-byte frame on a Cortex-M; 256 bytes of const table.
+ * Both state structs start as all zero bytes. Lengths are 2 to 255 bytes, and there are 16 ids. The functions check
+ * neither: the caller takes both from the const tables of protocol.h. Cost: one table look-up per byte, about 70
+ * instructions for an 8-byte frame on a Cortex-M; 256 bytes of const table.
  */
 #ifndef TAUPERP_E2E_H
 #define TAUPERP_E2E_H
@@ -23,8 +24,8 @@
 
 typedef enum {
     E2E_UNCHECKED = 0,
-    E2E_WRONG_CRC = 1,      /* corrupted, or another message; the reference does not change */
-    E2E_REPEATED = 2,       /* the same counter again; the reference does not change */
+    E2E_WRONG_CRC = 1,      /* corrupted, or another message; the reference stays */
+    E2E_REPEATED = 2,       /* the same counter again; the reference stays */
     E2E_WRONG_SEQUENCE = 3, /* a step beyond the maximum, or backwards; becomes the new reference */
     E2E_INITIAL = 4,        /* the first valid CRC; becomes the reference */
     E2E_SOME_LOST = 5,      /* valid; `lost` frames before it are missing */
@@ -33,7 +34,7 @@ typedef enum {
 
 typedef struct {
     uint8_t counter; /* the reference */
-    uint8_t lost;    /* frames missing right before the last accepted one, 0 to 13 */
+    uint8_t lost;    /* frames missing directly before the last accepted one, 0 to 13 */
     bool referenced; /* false until the first valid CRC */
 } e2e_receiver_t;
 
@@ -41,17 +42,17 @@ typedef struct {
     uint8_t counter; /* of the last protected frame; the first frame carries 1 */
 } e2e_transmitter_t;
 
-/* Checks one frame. A frame may update signals if and only if e2e_accepts() its status. `max_delta` is the largest
- * counter step that is accepted, 1 to E2E_MAX_DELTA. */
+/* Checks one frame. The receiver may use the signals if and only if e2e_accepts() its status. `max_delta`: the largest
+ * accepted counter step, 1 to E2E_MAX_DELTA. */
 e2e_status_t e2e_check(e2e_receiver_t *self, const uint8_t *data, uint8_t length, const uint8_t *data_ids,
                        uint8_t max_delta);
 
 bool e2e_accepts(e2e_status_t status);
 
-/* Takes the next counter and seals `data` with it; every signal must be in place. */
+/* Takes the next counter, then writes counter and CRC to `data`. All signals must already be in `data`. */
 void e2e_protect(e2e_transmitter_t *self, uint8_t *data, uint8_t length, const uint8_t *data_ids);
 
-/* Writes `counter` (its low nibble) and the CRC over `data`: for senders whose counter is the cycle's. */
+/* Writes `counter` (its low nibble) and the CRC to `data`. For senders whose counter is the cycle's. */
 void e2e_seal(uint8_t *data, uint8_t length, const uint8_t *data_ids, uint8_t counter);
 
 /* True if the functions above can produce this state. Constant time. */

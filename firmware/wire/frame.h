@@ -1,4 +1,4 @@
-/* frame: one CAN frame as the rooms hand it on. Boards fill it from their controller, nothing else does. */
+/* frame: one CAN frame, independent of the CAN controller. Only a board's or host's driver fills it. */
 #ifndef TAUPERP_FRAME_H
 #define TAUPERP_FRAME_H
 
@@ -15,9 +15,9 @@ enum {
 
 typedef struct {
     uint32_t id;
-    uint8_t length;                      /* bytes on the wire, 0 to 64; above 8 the frame is refused by its length */
-    uint8_t flags;                       /* CAN_FRAME_* */
-    uint8_t data[CAN_FRAME_DATA_LENGTH]; /* the first min(length, 8) bytes, the rest zero */
+    uint8_t length; /* bytes on the wire, 0 to 64; the guard refuses a frame above 8 by its length */
+    uint8_t flags;  /* CAN_FRAME_* */
+    uint8_t data[CAN_FRAME_DATA_LENGTH]; /* the first min(length, 8) bytes; the rest is zero */
     uint8_t reserved[2];                 /* zero: the size is 16 on every target */
 } can_frame_t;
 

@@ -9,10 +9,10 @@
 #include "tracks.h"
 
 #define PERMIT_LIMIT_S 3.0  /* a guard that has not permitted an arm at rest by then never will */
-#define SETTLE_S       0.5  /* at rest before a motion that waits for no permission */
-#define RESET_HALF_S   0.02 /* a reset is asked for with a square wave of this half period */
-#define WATCHED_S      0.3  /* after the end of a push */
-#define WARM_UP_S      1.0  /* of a recording, before its signals count */
+#define SETTLE_S       0.5  /* time at rest before a motion that does not wait for permission */
+#define RESET_HALF_S   0.02 /* half period of the square wave that requests a reset */
+#define WATCHED_S      0.3  /* observed time after the end of a push */
+#define WARM_UP_S      1.0  /* start of a recording that is ignored */
 
 void kernel_describe(uint32_t abi_sizes_versions[8]) {
     const uint32_t values[8] = {KERNEL_ABI,
@@ -26,13 +26,13 @@ void kernel_describe(uint32_t abi_sizes_versions[8]) {
     memcpy(abi_sizes_versions, values, sizeof values);
 }
 
-/* The robot's controller and joints on the bus, and everything that hears them. */
+/* The robot's controller and joints on the bus, and all guards and detectors that receive its frames. */
 typedef struct {
     const kernel_setup_t *setup;
     frames_t frames;
     tracks_t tracks;
-    uint32_t asking; /* cycles for which a reset has been asked for */
-    uint32_t cycle;  /* the last one; 0 before the first */
+    uint32_t asking; /* cycles for which a reset has been requested */
+    uint32_t cycle;  /* the last cycle; 0 before the first */
 } session_t;
 
 static bool session_init(session_t *self, const kernel_setup_t *setup) {
@@ -43,8 +43,8 @@ static bool session_init(session_t *self, const kernel_setup_t *setup) {
     return tracks_init(&self->tracks, setup);
 }
 
-/* Sends one cycle and ticks the guards, which have ticked without frames in the cycles that are missing before it;
- * false if one of them is in FAULT or a reading did not fit. */
+/* Sends one cycle and ticks the guards. For missing cycles before it, the guards first tick without frames. False if a
+ * guard is in FAULT or a reading does not fit. */
 static bool session_cycle(session_t *self, uint32_t cycle, uint32_t task, const double *acceleration,
                           const reading_t *reading) {
     bool good = true;
@@ -68,7 +68,7 @@ static bool permitted(const session_t *self) {
     return self->tracks.out[0].permitted;
 }
 
-/* The guard stopped for what it computed, and not for an input that was missing, frozen or implausible. */
+/* True if the guard stopped because of a computed value, not because of a missing, frozen or implausible input. */
 static bool by_detection(const session_t *self) {
     const guard_reason_t reason = self->tracks.out[0].reason;
     return (reason == GUARD_REASON_COLLISION) || (reason == GUARD_REASON_EXPLAINED_FORCE) ||
@@ -109,7 +109,8 @@ typedef struct {
     session_t session;
 } bench_t;
 
-/* The arm stands until the guard permits its first move. Returns the first cycle of the motion; 0 if it never does. */
+/* Holds the arm still until the guard permits its first move. Returns the first cycle of the motion; 0 if the guard
+ * never permits. */
 static uint32_t stand(bench_t *bench, plant_t *plant) {
     const kernel_setup_t *const setup = plant->setup;
     const bool obeys = (plant->run->obeys != 0u);
@@ -130,7 +131,7 @@ static uint32_t stand(bench_t *bench, plant_t *plant) {
     return obeys ? 0u : limit - 1u;
 }
 
-/* One cycle of physics from `time_s` on, with everything that acts on the arm; false if MuJoCo reset the state. */
+/* One cycle of physics from `time_s` on, with everything that acts on the arm. False if MuJoCo reset the state. */
 static bool live(plant_t *plant, push_t *push, double time_s, kernel_result_t *result) {
     double torque[KERNEL_JOINTS];
     const double step_s = plant->setup->period_us * 1e-6 / plant->setup->substeps;
@@ -287,7 +288,7 @@ uint32_t kernel_listen(const kernel_setup_t *setup, const kernel_recording_t *re
     return row;
 }
 
-/* What the sensors feel of a force on the arm: tau_ext = -J^T F, with F the force on the robot. */
+/* Torque that the sensors measure for a force on the arm: tau_ext = -J^T F, where F is the force on the robot. */
 static void add_push(const kernel_setup_t *setup, mjData *data, const kernel_injection_t *push, double force_n,
                      reading_t *reading) {
     const mjModel *const model = (const mjModel *)setup->nominal;
@@ -306,7 +307,7 @@ static void add_push(const kernel_setup_t *setup, mjData *data, const kernel_inj
     }
 }
 
-/* The pushed rows on a copy of the guards as they are before the first of them. */
+/* Sends the pushed rows to a copy of the guards, in their state before the first of these rows. */
 static kernel_status_t injected(session_t *session, mjData *data, const kernel_recording_t *recording,
                                 const kernel_injection_t *push, double window_s, kernel_result_t *result) {
     const kernel_setup_t *const setup = session->setup;

@@ -1,5 +1,6 @@
-/* noise: counter-based random numbers, so that a reading's noise depends on its run, cycle and joint and on nothing
- * that ran before it. Philox 4x32-10 (Salmon et al., SC11, doi 10.1145/2063384.2063405), normals by Box and Muller. */
+/* noise: counter-based random numbers. A reading's noise depends on its run, cycle and joint only, not on earlier
+ * draws. Philox 4x32-10 (Salmon et al., SC11, doi 10.1145/2063384.2063405), normals by Box and Muller.
+ */
 #ifndef TAUPERP_KERNEL_NOISE_H
 #define TAUPERP_KERNEL_NOISE_H
 

@@ -6,7 +6,7 @@
 #include "noise.h"
 
 #define FRICTION_RAD_S 0.01 /* velocity at which Coulomb friction reaches 76 % of its value */
-#define RAMP_S         0.3  /* a wave grows from rest over this time */
+#define RAMP_S         0.3  /* duration in which a wave grows from rest */
 
 /* --- masses ------------------------------------------------------------------------------------------------------- */
 
@@ -137,7 +137,7 @@ void plant_stop(plant_t *self, double time_s) {
     self->stop_s = fastest / self->setup->deceleration_rad_s2;
 }
 
-/* All joints come to rest together, so that the direction of motion stays. */
+/* All joints come to rest together, so that the direction of motion does not change. */
 static void stopped(const plant_t *self, double time_s, reference_t *out) {
     const double since = time_s - self->stop_at_s;
     const double t = fmin(since, self->stop_s);

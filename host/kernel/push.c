@@ -6,13 +6,13 @@
 #define PI               3.141592653589793
 #define IMPEDANCE        0.1   /* MuJoCo's contact impedance: a spring and damper that adds little mass */
 #define TISSUE_DAMPING   0.4   /* damping ratio of the part's mass on its tissue */
-#define AIM_RAD_S        25.0  /* bandwidth of the sideways correction of the arm behind the part */
-#define SPEED_RATE_PER_S 800.0 /* and of its speed, within its force */
-#define STANDOFF_M       0.12  /* free way before the strike */
-#define GIVE_UP_S        0.6   /* a strike that has met nothing by then is withdrawn */
+#define AIM_RAD_S        25.0  /* bandwidth of the sideways correction by the arm behind the part */
+#define SPEED_RATE_PER_S 800.0 /* gain of the part's speed control, within its force */
+#define STANDOFF_M       0.12  /* free distance before the strike */
+#define GIVE_UP_S        0.6   /* a strike without contact is withdrawn after this time */
 #define WITHDRAW_M_S     0.5
 #define PARK_M           10.0 /* below the base */
-#define SIDES            12   /* of a link that are tried for a free approach */
+#define SIDES            12   /* directions around a link that are tried for a free approach */
 
 double push_half_sine(double force_n, double push_s, double since_s) {
     return ((since_s < 0.0) || (since_s >= push_s)) ? 0.0 : force_n * sin(PI * since_s / push_s);
@@ -28,7 +28,7 @@ static void to_base(const plant_t *plant, uint32_t link, const double *in_link, 
 
 /* --- contact ------------------------------------------------------------------------------------------------------ */
 
-/* Where the strike aims: point, its velocity and the direction, base frame. */
+/* Aim of the strike: point, velocity and direction, base frame. */
 static void aim(const push_t *self, const plant_t *plant, double *point, double *velocity, double *direction) {
     const uint32_t link = plant->run->link;
     const int body = plant->setup->body[link];
@@ -41,7 +41,7 @@ static void aim(const push_t *self, const plant_t *plant, double *point, double 
     to_base(plant, link, self->direction, direction);
 }
 
-/* A unit vector across the link's capsule at `angle`, pointing towards its axis. */
+/* A unit vector perpendicular to the link's capsule at `angle`, pointing towards its axis. */
 static void across(const double *capsule, double angle, double *direction) {
     double axis[3] = {capsule[3] - capsule[0], capsule[4] - capsule[1], capsule[5] - capsule[2]};
     if (mju_normalize3(axis) < 1e-9) {
@@ -91,7 +91,7 @@ static void park(push_t *self, const plant_t *plant) {
     self->state = PART_PARKED;
 }
 
-/* The part appears in front of its target, moving along with it, on the first side that is free. */
+/* Places the part in front of its target, moving with it, on the first free side. */
 static void start(push_t *self, plant_t *plant, double time_s) {
     const kernel_setup_t *const setup = plant->setup;
     self->started = true;
@@ -147,10 +147,10 @@ static void drive(push_t *self, plant_t *plant, double time_s) {
     if (self->state == PART_APPROACHING) {
         wanted = run->speed_m_s;
     } else if (self->state == PART_PUSHING) {
-        wanted = fmax(run->speed_m_s, run->force_n / gain); /* it keeps up with a link that gives way, no faster */
+        wanted = fmax(run->speed_m_s, run->force_n / gain); /* follows a link that yields, but no faster */
         most = push_half_sine(run->force_n, run->push_s, elapsed);
     } else {
-        /* away with what force there is */
+        /* withdraws with the available force */
     }
     const double push = fmax(-run->force_n, fmin(most, gain * (wanted - forward)));
     for (int i = 0; i < 3; ++i) {

@@ -1,6 +1,7 @@
-/* push: what strikes the arm. A pulse is a prescribed half-sine force at a point of a link. A contact is a mass on soft
- * tissue (ISO/TS 15066:2016, Annex A) that a person's arm drives with limited force into the link: the force on the
- * robot is the outcome of that meeting, computed by MuJoCo. The same strike as tauperp.sim.contact.Hand. */
+/* push: the strike on the arm. A pulse is a prescribed half-sine force at a point of a link. A contact is a mass on
+ * soft tissue (ISO/TS 15066:2016, Annex A) that a person's arm drives with limited force into the link. MuJoCo computes
+ * the resulting force on the robot. tauperp.sim.contact.Hand models the same strike.
+ */
 #ifndef TAUPERP_KERNEL_PUSH_H
 #define TAUPERP_KERNEL_PUSH_H
 
@@ -16,12 +17,12 @@ typedef struct {
     double force_n;      /* on the arm in the last step */
     bool started;
     bool obstructed;
-    uint32_t link; /* touched last, from 1 */
+    uint32_t link; /* the link touched last, from 1 */
 } push_t;
 
 void push_init(push_t *self, const plant_t *plant);
 
-/* Sets the generalised force of the step that begins at `time_s`. */
+/* Sets the generalised force of the step that starts at `time_s`. */
 void push_before_step(push_t *self, plant_t *plant, double time_s);
 
 /* Reads the contact force of that step. */

@@ -34,7 +34,7 @@ bool tracks_tick(tracks_t *self, const kernel_setup_t *setup, const frames_t *fr
     return good;
 }
 
-/* One sample through a detector's sections, direct form II transposed. */
+/* Filters one sample with a detector's sections, direct form II transposed. */
 static double filtered(const kernel_detector_t *detector, detector_track_t *track, uint32_t joint, double value) {
     for (uint32_t s = 0; s < detector->sections; ++s) {
         const double *const c = detector->section[s];
@@ -48,7 +48,7 @@ static double filtered(const kernel_detector_t *detector, detector_track_t *trac
     return value;
 }
 
-/* The state that a constant `value` from the beginning of time leaves behind, so that no filter starts with a step. */
+/* The filter state after an infinitely long constant `value`, so that no filter starts with a step. */
 static void settle(const kernel_detector_t *detector, detector_track_t *track, uint32_t joint, double value) {
     for (uint32_t s = 0; s < detector->sections; ++s) {
         const double *const c = detector->section[s];

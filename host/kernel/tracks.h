@@ -1,4 +1,4 @@
-/* tracks: the guards that hear the same frames, and the detectors that are compared with them on their signals. */
+/* tracks: the guards that receive the same frames, and the detectors that are compared with them on their signals. */
 #ifndef TAUPERP_KERNEL_TRACKS_H
 #define TAUPERP_KERNEL_TRACKS_H
 
@@ -8,7 +8,7 @@
 
 typedef struct {
     double state[KERNEL_SECTIONS][2][KERNEL_JOINTS];
-    uint32_t above; /* ticks in a row above the threshold */
+    uint32_t above; /* consecutive ticks above the threshold */
 } detector_track_t;
 
 typedef struct {
@@ -20,11 +20,11 @@ typedef struct {
 /* False if a guard refuses its configuration. */
 bool tracks_init(tracks_t *self, const kernel_setup_t *setup);
 
-/* Every guard hears the frames and ticks; false if one goes to FAULT. */
+/* Every guard receives the frames and ticks. False if a guard goes to FAULT. */
 bool tracks_tick(tracks_t *self, const kernel_setup_t *setup, const frames_t *frames, uint64_t now_us);
 
-/* Runs the detectors on the guards' last outputs and notes in `result` what exceeds. `since_onset_s` is negative
- * before the onset. Until they are `watched`, their filters are held as if the signal had always been what it is. */
+/* Runs the detectors on the guards' last outputs and records in `result` which exceed their thresholds. `since_onset_s`
+ * is negative before the onset. Until `watched`, the filters stay in the steady state of the current signal. */
 void tracks_detect(tracks_t *self, const kernel_setup_t *setup, bool watched, double time_s, double since_onset_s,
                    kernel_result_t *result);
 

@@ -58,7 +58,7 @@ static sent_t make_joint(soak_t *self, uint32_t joint, fault_t fault) {
     return sent;
 }
 
-static bool crc_holds(const can_frame_t *frame) {
+static bool crc_is_valid(const can_frame_t *frame) {
     const uint32_t slot = protocol_slot(frame->id);
     e2e_receiver_t any = {0};
     return (slot < (uint32_t)PROTOCOL_RECEIVE_COUNT) && (frame->length == protocol_receive[slot].length) &&
@@ -76,7 +76,7 @@ static sent_t make_nonsense(soak_t *self) {
         for (uint32_t i = 0; i < CAN_FRAME_DATA_LENGTH; i++) {
             sent.frame.data[i] = (i < sent.frame.length) ? (uint8_t)draw(self, 256u) : 0u;
         }
-    } while (crc_holds(&sent.frame));
+    } while (crc_is_valid(&sent.frame));
     return sent;
 }
 
@@ -109,7 +109,7 @@ static void corrupt(soak_t *self, sent_t *sent) {
     do {
         sent->frame = intact;
         flip_bits(self, &sent->frame);
-    } while (crc_holds(&sent->frame));
+    } while (crc_is_valid(&sent->frame));
     sent->genuine = false;
 }
 

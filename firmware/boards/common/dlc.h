@@ -1,4 +1,4 @@
-/* dlc: data length of a CAN frame from its data length code (ISO 11898-1). */
+/* dlc: data length of a CAN frame, from its data length code (ISO 11898-1). */
 #ifndef TAUPERP_DLC_H
 #define TAUPERP_DLC_H
 

@@ -2,7 +2,7 @@
 
 _Noreturn void board_halt(void) {
     for (;;) {
-        __asm volatile(""); /* until the watchdog, which is no longer served, resets */
+        __asm volatile(""); /* until the watchdog resets, because it is no longer served */
     }
 }
 

@@ -1,5 +1,5 @@
-/* log: text lines through a buffer that the loop empties when the UART has room. Nothing waits. Text that does not
- * fit is dropped and marked by "...". */
+/* log: text lines in a buffer that the loop empties when the UART has space. Nothing waits. Text that does not fit is
+ * dropped and replaced by "...". */
 #ifndef TAUPERP_LOG_H
 #define TAUPERP_LOG_H
 
@@ -10,8 +10,8 @@
 void log_text(const char *text);
 void log_number(uint32_t number);
 void log_hex(uint32_t number, uint32_t digits); /* 1 to 8 digits */
-void log_pump(void);                            /* sends one character, if there is one and the UART has room */
-void log_flush(void); /* all of it, waiting: at start-up and after a fault only. A UART that takes
-                         nothing for LOG_TRIES looks is given up, and the rest dropped. */
+void log_pump(void);                            /* sends one character, if there is one and the UART has space */
+void log_flush(void); /* Waits until all is sent: at start-up and after a fault only. Gives up on a UART that accepts
+                         nothing for LOG_TRIES polls, and drops the rest. */
 
 #endif

@@ -8,13 +8,13 @@
 #include "restarts.h"
 #include "schedule.h"
 
-#define WATCHDOG_TICKS 4u /* tick deadlines that may pass without a tick */
+#define WATCHDOG_TICKS 4u /* tick deadlines without a tick until the watchdog resets */
 
 static guard_t guard;
 static guard_output_t out;
 static schedule_t schedule;
 static event_log_t events;
-static bool recording; /* events: in real time, on a block that was accepted */
+static bool recording; /* event recorder in use: real time only, with an accepted block */
 
 static void log_state(const guard_output_t *before) {
     if ((out.state != before->state) || (out.trip_number != before->trip_number)) {
@@ -30,7 +30,7 @@ static void log_state(const guard_output_t *before) {
     }
 }
 
-/* The guard's frames, and behind them now and then one of the event recorder. */
+/* Sends the guard's frames, and after them sometimes one of the event recorder. */
 static void answer(void) {
     can_frame_t frames[GUARD_MAX_FRAMES + 1u];
     uint32_t count = out.frame_count;
@@ -64,7 +64,7 @@ static void tick(void) {
     }
 }
 
-/* In every state, also before the first tick: the guard decides what follows. */
+/* Passed on in every state, also before the first tick: the guard decides on the consequence. */
 static void look_at_bus(void) {
     const uint32_t faults = can_faults();
     if ((faults & CAN_FAULT_OFF) != 0u) {
@@ -108,7 +108,7 @@ static void start_guard(void) {
         log_text("\n");
     }
     log_flush();
-    /* A refused block is not used at all, not even its format and times. */
+    /* Nothing of a refused block is used, not even its format and times. */
     can_init(accepted ? (wire_format_t)board_config.format : FORMAT_CLASSIC);
     schedule_init(&schedule, accepted ? &board_config : 0, BOARD_VARIANT == GUARD_VARIANT_LOCKSTEP, clock_us());
     recording = accepted && !schedule.in_lockstep;

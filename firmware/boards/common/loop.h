@@ -1,8 +1,8 @@
 /* loop: the guard on a board. It receives every frame, makes one tick per cycle and sends every answer.
  *
- * schedule.h says when to tick. Built with TAUPERP_LOCKSTEP, guard time is bus time (lockstep.h): the answers are then
- * those of the library, byte for byte, at any processor speed. Lockstep is for emulators and test benches only, because
- * it has no deadlines for a silent bus.
+ * schedule.h decides when to tick. Built with TAUPERP_LOCKSTEP, guard time is bus time (lockstep.h). The answers are
+ * then those of the library, byte for byte, at any processor speed. Use lockstep for emulators and test benches only,
+ * because it has no deadlines for a silent bus.
  *
  * The watchdog is served after a complete tick and nowhere else.
  */

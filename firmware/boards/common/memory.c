@@ -1,9 +1,9 @@
-/* The two functions that compilers call implicitly, word by word. Those of newlib-nano work byte by byte at four
- * instructions each, hundreds in a tick that clears or copies structs. */
+/* The two functions that compilers call implicitly, working word by word. Those of newlib-nano work byte by byte, with
+ * four instructions each. That adds hundreds of instructions to a tick that clears or copies structs. */
 #include <stddef.h>
 #include <stdint.h>
 
-/* Otherwise the compiler turns these loops into calls of the same functions. */
+/* Otherwise the compiler replaces these loops by calls of these functions. */
 #define BY_ITSELF __attribute__((optimize("no-tree-loop-distribute-patterns")))
 
 typedef uint32_t __attribute__((may_alias)) word_t;

@@ -12,9 +12,9 @@
 #include "reset_cause.h"
 
 enum { PIN_PERMISSION = 8, PIN_UART = 2, PIN_CAN_RX = 11, PIN_CAN_TX = 12 };
-enum { UART_DIVISOR = 1476, UART_DIVISOR_HSI = 139 }; /* 115200 baud from 170 MHz, from the 16 MHz after a reset */
+enum { UART_DIVISOR = 1476, UART_DIVISOR_HSI = 139 }; /* 115200 baud from 170 MHz, and from the 16 MHz after a reset */
 enum { HALT_TIMEOUT_US = 500000, WATCHDOG_TRIES = 100000 };
-enum { WATCHDOG_TICK_US = 128 }; /* LSI / 4 at the slowest that the data sheet allows, about 31 kHz */
+enum { WATCHDOG_TICK_US = 128 }; /* LSI / 4 at its slowest (data sheet), about 31 kHz */
 
 static bool permitted;
 static guard_start_t cause;
@@ -26,7 +26,7 @@ static void set_mode(uint32_t pin, uint32_t mode) {
 }
 
 void board_init(void) {
-    /* Before the clocks: the pin must be low from the start. */
+    /* Before the clocks, because the pin must be low from the start. */
     RCC_AHB2ENR |= RCC_AHB2ENR_GPIOA;
     permission_withdraw();
     set_mode(PIN_PERMISSION, MODE_OUTPUT);
@@ -45,10 +45,10 @@ void board_init(void) {
     USART2_BRR = clocked ? UART_DIVISOR : UART_DIVISOR_HSI;
     USART2_CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_FIFOEN;
     cause = reset_cause(RCC_CSR, fault_log_recorded());
-    RCC_CSR |= RCC_CSR_RMVF; /* otherwise the next start sees these flags again */
+    RCC_CSR |= RCC_CSR_RMVF; /* otherwise the next start reads these flags again */
     if (!clocked) {
         log_text("the clock does not start: no guard\n");
-        watchdog_start(HALT_TIMEOUT_US); /* runs on its own oscillator: leads to another start */
+        watchdog_start(HALT_TIMEOUT_US); /* its own oscillator runs it; it causes another start */
         log_flush();
         board_halt();
     }
@@ -88,7 +88,7 @@ void watchdog_start(uint32_t timeout_us) {
     IWDG_KR = IWDG_UNLOCK;
     IWDG_PR = 0; /* LSI / 4 */
     IWDG_RLR = (ticks < IWDG_RLR_MAX) ? ticks : (uint32_t)IWDG_RLR_MAX;
-    /* If they do not take effect, the timeout is its maximum of half a second. */
+    /* If the settings have no effect, the timeout is its maximum of half a second. */
     for (uint32_t tries = 0; (IWDG_SR != 0u) && (tries < (uint32_t)WATCHDOG_TRIES); ++tries) {}
     IWDG_KR = IWDG_RELOAD;
 }

@@ -4,7 +4,7 @@
 #include "log.h"
 #include "registers.h"
 
-#define RECORD_MAGIC 0x544C4146u /* "FALT": RAM holds anything after power-on */
+#define RECORD_MAGIC 0x544C4146u /* "FALT"; after power-on RAM contains arbitrary values */
 
 typedef struct {
     uint32_t magic;

@@ -1,6 +1,6 @@
-/* FDCAN1, polled. What concerns the whole robot (Sync, TaskCommand, GuardReset, and a StopCommand, which can only be
- * another guard's) goes into FIFO 0, joint readings into FIFO 1, three frames deep each; FIFO 0 is read first, so that
- * a Sync is never overtaken by the readings of its cycle.
+/* FDCAN1, polled. Frames for the whole robot go into FIFO 0: Sync, TaskCommand, GuardReset, and StopCommand, which can
+ * only come from another guard. Joint readings go into FIFO 1. Each FIFO holds three frames. FIFO 0 is read first, so
+ * that the readings of a cycle never overtake its Sync.
  */
 #include "../common/board.h"
 #include "../common/dlc.h"
@@ -8,7 +8,7 @@
 #include "protocol.h"
 
 /* From a kernel clock of 85 MHz. Arbitration 1 Mbit/s: 85 quanta, sample point 80 %. Data 5 Mbit/s: 17 quanta, 76 %.
- * Registers hold each value less one. */
+ * Registers hold each value minus one. */
 enum {
     ARBITRATION_BEFORE = 67,
     ARBITRATION_AFTER = 17,
@@ -16,7 +16,7 @@ enum {
     DATA_BEFORE = 12,
     DATA_AFTER = 4,
     DATA_JUMP = 4,
-    DATA_DELAY_OFFSET = 13 /* second sample point: behind the measured loop delay, in kernel clocks */
+    DATA_DELAY_OFFSET = 13 /* second sample point: after the measured loop delay, in kernel clocks */
 };
 
 #define FILTER_COUNT (PROTOCOL_RECEIVE_COUNT + 1)
@@ -24,7 +24,7 @@ enum {
 #define ANSWER_TRIES 1000u /* register reads: a few us */
 
 static bool stuck;
-static bool dead; /* the controller did not answer at start: no frame in or out, and the bus is down */
+static bool dead; /* the controller did not answer at start: no frames, and the bus counts as down */
 
 static void set_filters(void) {
     for (uint32_t slot = 0; slot < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++slot) {
@@ -65,7 +65,7 @@ void can_init(wire_format_t format) {
     fdcan_write(FDCAN_TXBC, TXBC_TFQM);
     set_filters();
     fdcan_write(FDCAN_IR, UINT32_MAX);
-    fdcan_write(FDCAN_CCCR, fd); /* and onto the bus, after 11 recessive bits */
+    fdcan_write(FDCAN_CCCR, fd); /* join the bus after 11 recessive bits */
 }
 
 static void take(uint32_t element, can_frame_t *frame) {
@@ -112,7 +112,7 @@ static void fill(uint32_t element, const can_frame_t *frame) {
     }
 }
 
-/* A frame on the wire right now cannot be taken back; it leaves two of the three buffers. */
+/* A frame that is being sent cannot be cancelled. Two of the three buffers remain. */
 bool can_answer(const can_frame_t frames[], uint32_t count) {
     if (dead) {
         return false;
@@ -150,7 +150,7 @@ uint32_t can_faults(void) {
     }
     if ((fdcan_read(FDCAN_PSR) & PSR_BO) != 0u) {
         faults |= CAN_FAULT_OFF;
-        /* The controller went into INIT by itself; leaving it starts the recovery (44.3.2). */
+        /* The controller entered INIT by itself; leaving it starts the recovery (44.3.2). */
         const uint32_t control = fdcan_read(FDCAN_CCCR);
         if ((control & CCCR_INIT) != 0u) {
             fdcan_write(FDCAN_CCCR, control & ~(uint32_t)(CCCR_INIT | CCCR_CCE));

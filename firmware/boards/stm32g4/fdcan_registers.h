@@ -1,6 +1,7 @@
 /* fdcan_registers: FDCAN1 of the STM32G4 and its message RAM (RM0440 rev 8, chapter 44: registers 44.4, RAM 44.3.6).
  *
- * The driver goes through these four functions, so that a test can put a model of the controller in their place. */
+ * The driver uses these four functions only, so that a test can replace them by a model of the controller.
+ */
 #ifndef TAUPERP_STM32G4_FDCAN_REGISTERS_H
 #define TAUPERP_STM32G4_FDCAN_REGISTERS_H
 
@@ -28,14 +29,14 @@ static inline void fdcan_ram_write(uint32_t offset, uint32_t value) {
 }
 #endif
 
-/* Registers, by their offset. Those marked * can be written only while CCCR.INIT and CCCR.CCE are set. */
+/* Register offsets. A register marked * can be written only while CCCR.INIT and CCCR.CCE are set. */
 enum {
     FDCAN_DBTP = 0x00C,  /* * data phase */
     FDCAN_CCCR = 0x018,  /* control; FDOE and BRSE are * */
     FDCAN_NBTP = 0x01C,  /* * arbitration phase */
     FDCAN_PSR = 0x044,   /* protocol status */
     FDCAN_TDCR = 0x048,  /* * transmitter delay compensation */
-    FDCAN_IR = 0x050,    /* interrupt flags: sticky, a one written clears */
+    FDCAN_IR = 0x050,    /* interrupt flags: sticky, cleared by writing a one */
     FDCAN_RXGFC = 0x080, /* * filters */
     FDCAN_RXF0S = 0x090, /* receive FIFO status */
     FDCAN_RXF0A = 0x094, /* acknowledge up to this element */
@@ -73,16 +74,16 @@ enum {
     TXFQS_PUT = 3u
 };
 
-/* Message RAM, by the offset from FDCAN1's share of it. */
+/* Offsets in FDCAN1's part of the message RAM. */
 enum {
-    RAM_FILTERS = 0x000, /* 28 words, one a filter for 11-bit ids */
+    RAM_FILTERS = 0x000, /* 28 words, one per filter for 11-bit ids */
     RAM_FIFO_0 = 0x0B0,  /* 3 elements */
     RAM_FIFO_1 = 0x188,
     RAM_BUFFERS = 0x278, /* 3 elements */
     RAM_ELEMENT = 72     /* bytes: two words of header, 64 of data */
 };
 
-/* Elements: header words, the same for reception and transmission. */
+/* Header words of an element, the same for reception and transmission. */
 enum { ELEMENT_XTD = 1u << 30, ELEMENT_RTR = 1u << 29, ELEMENT_FDF = 1u << 21, ELEMENT_BRS = 1u << 20 };
 
 enum { ELEMENT_ID_SHIFT = 18, ELEMENT_ID = 0x7FF, ELEMENT_DLC_SHIFT = 16 };

@@ -1,10 +1,10 @@
-/* registers: of the STM32G474, as far as they are used here, with their section in RM0440 rev 8. */
+/* registers: the registers of the STM32G474 that this board uses, with their section in RM0440 rev 8. */
 #ifndef TAUPERP_STM32G4_REGISTERS_H
 #define TAUPERP_STM32G4_REGISTERS_H
 
 #include <stdint.h>
 
-/* Through a function where a test puts a model of the device. */
+/* A function if a test replaces the device by a model. */
 #ifdef REGISTER_MODEL
 volatile uint32_t *register_model(uint32_t address);
 #define REGISTER(address) (*register_model(address))
@@ -50,7 +50,7 @@ enum {
     RCC_CSR_RMVF = 1u << 23, /* clears the flags below */
     RCC_CSR_OBLRSTF = 1u << 25,
     RCC_CSR_PINRSTF = 1u << 26,
-    RCC_CSR_BORRSTF = 1u << 27, /* power-on too */
+    RCC_CSR_BORRSTF = 1u << 27, /* set at power-on, too */
     RCC_CSR_SFTRSTF = 1u << 28,
     RCC_CSR_IWDGRSTF = 1u << 29,
     RCC_CSR_WWDGRSTF = 1u << 30

@@ -1,4 +1,4 @@
-/* Start-up of the STM32G474. No interrupt is used: every exception is a fault. */
+/* Start-up of the STM32G474. No interrupt is used; every exception is a fault. */
 #include <stdint.h>
 
 #include "board.h"

@@ -25,9 +25,9 @@ static uint32_t last_cycles;
 static uint64_t cycles;
 
 #ifdef TAUPERP_EMULATOR
-static void check_clock(void) {} /* the model has one clock */
+static void check_clock(void) {} /* the model has a single clock */
 #else
-/* The core's clock against the platform's time stamps, which come from another oscillator's divider. */
+/* Compares the core's clock with the platform's time stamps, which use the divider of another oscillator. */
 static void check_clock(void) {
     const uint32_t hz = output_read(SCNTR_FREQUENCY);
     const uint32_t from_counts = output_read(SCNTR_COUNT);
@@ -37,7 +37,7 @@ static void check_clock(void) {
         passed = pmu_cycles() - from_cycles;
     }
     if (!clock_agrees(passed, output_read(SCNTR_COUNT) - from_counts, hz)) {
-        log_text("the clock is not the one that this image is for: no guard\n");
+        log_text("the clock frequency does not match this image: no guard\n");
         watchdog_start(HALT_TIMEOUT_US);
         log_flush();
         board_halt();

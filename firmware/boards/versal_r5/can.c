@@ -5,7 +5,7 @@
 #include "protocol.h"
 
 /* From a CAN clock of 80 MHz. Arbitration 1 Mbit/s: 80 quanta, sample point 80 %. Data phase 5 Mbit/s: 16 quanta, 75 %.
- * Registers hold each value less one. */
+ * Registers hold each value minus one. */
 enum {
     ARBITRATION_BEFORE = 63,
     ARBITRATION_AFTER = 16,
@@ -13,7 +13,7 @@ enum {
     DATA_BEFORE = 11,
     DATA_AFTER = 4,
     DATA_JUMP = 4,
-    DATA_DELAY_OFFSET = 12 /* second sample point: from the measured loop delay on, in CAN clocks */
+    DATA_DELAY_OFFSET = 12 /* second sample point: after the measured loop delay, in CAN clocks */
 };
 
 enum { FIFO_READ_INDEX = 0x3Fu, FIFO_FILL_SHIFT = 8, FIFO_FILL = 0x7Fu, ID_SHIFT = 21, DLC_SHIFT = 28 };
@@ -29,7 +29,7 @@ static void set_filters(void) {
         canfd_write(CAN_AFMR(slot), (STANDARD_ID_MASK << ID_SHIFT) | CAN_ID_IDE);
         canfd_write(CAN_AFIR(slot), (uint32_t)protocol_receive[slot].id << ID_SHIFT);
     }
-    /* From another guard: this one must know of it. */
+    /* Frames of another guard: this one must detect it. */
     const uint32_t stop = protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id;
     canfd_write(CAN_AFMR(PROTOCOL_RECEIVE_COUNT), (STANDARD_ID_MASK << ID_SHIFT) | CAN_ID_IDE);
     canfd_write(CAN_AFIR(PROTOCOL_RECEIVE_COUNT), stop << ID_SHIFT);
@@ -96,7 +96,7 @@ bool can_answer(const can_frame_t frames[], uint32_t count) {
         canfd_write(CAN_TCR, pending);
         stuck = true;
     }
-    /* A cancelled buffer is free when its bit is clear. Until then the next ones are used. */
+    /* A cancelled buffer is free when its bit is clear. Until then the following buffers are used. */
     uint32_t buffer = 0;
     bool all = true;
     for (uint32_t i = 0; i < count; ++i) {

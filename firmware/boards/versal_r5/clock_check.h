@@ -5,8 +5,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* `cycles` of the core passed in `counts` of a reference of `hz`: within 5 % of PMU_CYCLES_PER_US. False also if the
- * reference stands still or states no frequency. */
+/* True if `cycles` of the core passed in `counts` of a reference of `hz`, within 5 % of PMU_CYCLES_PER_US. False also
+ * if the reference does not run or states no frequency. */
 bool clock_agrees(uint32_t cycles, uint32_t counts, uint32_t hz);
 
 #endif

@@ -3,7 +3,7 @@
 #include "board.h"
 #include "log.h"
 
-#define RECORD_MAGIC 0x544C4146u /* "FALT": RAM holds anything after power-on */
+#define RECORD_MAGIC 0x544C4146u /* "FALT"; after power-on RAM contains arbitrary values */
 
 typedef struct {
     uint32_t magic;

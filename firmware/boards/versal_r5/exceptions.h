@@ -1,5 +1,5 @@
-/* exceptions: every exception stops for good. The permission pin goes low, nothing more is sent, the watchdog is no
- * longer served, and a record survives the reset. */
+/* exceptions: every exception stops the board permanently. The permission pin goes low, nothing more is sent, the
+ * watchdog is no longer served, and a record survives the reset. */
 #ifndef TAUPERP_VERSAL_R5_EXCEPTIONS_H
 #define TAUPERP_VERSAL_R5_EXCEPTIONS_H
 
@@ -17,10 +17,10 @@ typedef enum {
     FAULT_COUNT = 7
 } fault_kind_t;
 
-/* Called by the vectors, on a separate stack. `return_address` is the banked link register. */
+/* The vectors call it, on a separate stack. `return_address`: the banked link register. */
 _Noreturn void fault_stop(fault_kind_t kind, uint32_t return_address, uint32_t saved_status);
 
-/* Logs a fault that was recorded before this start, once. True if there was one. */
+/* Logs, once, a fault that was recorded before this start. True if there was one. */
 bool fault_log_recorded(void);
 
 #endif

@@ -2,8 +2,8 @@
 
 #include <stdint.h>
 
-/* PMSAv7 (Armv7-R ARM B5): a region is a power of two in size and aligned to it; of overlapping ones the highest
- * number decides; what no region covers faults, since the background region stays off. */
+/* PMSAv7 (Armv7-R ARM B5): the size of a region is a power of two, and the region is aligned to it. Of overlapping
+ * regions the highest number applies. An access outside all regions faults, because the background region stays off. */
 enum {
     READ_WRITE = 1u << 8, /* DRACR.AP 001, privileged only */
     READ_ONLY = 5u << 8,  /* 101 */

@@ -1,5 +1,5 @@
-/* mpu: code is read-only, data is not executable, the words below the stack are not accessible. Outside memory only
- * 16 MB of peripherals and the reset reasons (read-only) are mapped. Called once, by the start-up code. */
+/* mpu: code is read-only, data is not executable, and the words below the stack are not accessible. Besides memory,
+ * only 16 MB of peripherals and the reset reasons (read-only) are mapped. The start-up code calls it once. */
 #ifndef TAUPERP_VERSAL_R5_MPU_H
 #define TAUPERP_VERSAL_R5_MPU_H
 

@@ -1,22 +1,24 @@
-/* output_registers: the LPD's GPIO and window watchdog, for the permission pin and the watchdog; the platform's reset
- * reasons and time stamps, read only (AM012, Versal ACAP register reference: LPD_GPIO, LPD_WWDT, CRP, IOU_SCNTRS).
+/* output_registers: GPIO and window watchdog of the low-power domain, for the permission pin and the watchdog; reset
+ * reasons and time stamps of the platform, read only (AM012, Versal ACAP register reference: LPD_GPIO, LPD_WWDT, CRP,
+ * IOU_SCNTRS).
  *
- * The code uses these two functions only. QEMU's Versal has none of these devices, and an access to them faults, so a
- * build for the emulator has words in memory instead. A test puts a model there. */
+ * The code uses these two functions only. QEMU's Versal has none of these devices, and an access to them faults. A
+ * build for the emulator therefore uses words in memory instead. A test uses a model.
+ */
 #ifndef TAUPERP_VERSAL_R5_OUTPUT_REGISTERS_H
 #define TAUPERP_VERSAL_R5_OUTPUT_REGISTERS_H
 
 #include <stdint.h>
 
-/* One device every 0x400 of these offsets. */
+/* Each device has 0x400 bytes of these offsets. */
 enum {
-    GPIO_MASK_DATA_3_LSW = 0x018, /* bank 3 (EMIO 0 to 31), pins 0 to 15: bits to leave on top, levels below */
+    GPIO_MASK_DATA_3_LSW = 0x018, /* bank 3 (EMIO 0 to 31), pins 0 to 15: mask in the upper half, levels in the lower */
     GPIO_DIRM_3 = 0x2C4,          /* 1: output */
     GPIO_OEN_3 = 0x2C8,           /* 1: driven */
-    WWDT_MWR = 0x400,             /* bit 0: the others may be written */
+    WWDT_MWR = 0x400,             /* bit 0: enables writing the other registers */
     WWDT_ESR = 0x404,
-    WWDT_FWR = 0x40C,         /* first window, in which it must not be served, in counts */
-    WWDT_SWR = 0x410,         /* second window, at the end of which it resets */
+    WWDT_FWR = 0x40C,         /* first window, in which a service is forbidden, in counts */
+    WWDT_SWR = 0x410,         /* second window, after which it resets, in counts */
     CRP_RESET_REASON = 0xA20, /* reset_cause.h */
     SCNTR_COUNT = 0xC08,      /* time stamp counter, lower half */
     SCNTR_FREQUENCY = 0xC20,  /* Hz */
@@ -26,7 +28,7 @@ enum {
 enum {
     WWDT_MWR_WRITABLE = 1u << 0,
     WWDT_ESR_ENABLE = 1u << 0,
-    WWDT_ESR_SECOND = 1u << 8 /* reads: the second window; writing a one there serves */
+    WWDT_ESR_SECOND = 1u << 8 /* read: in the second window; writing a one serves the watchdog */
 };
 
 #if defined(OUTPUT_MODEL)

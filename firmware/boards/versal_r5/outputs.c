@@ -23,7 +23,7 @@ static void log_permission(bool now) {
 }
 
 void outputs_init(void) {
-    permission_withdraw(); /* level before direction: the pin is never high in between */
+    permission_withdraw(); /* level before direction, so that the pin is never high in between */
     output_write(GPIO_DIRM_3, output_read(GPIO_DIRM_3) | PIN);
     output_write(GPIO_OEN_3, output_read(GPIO_OEN_3) | PIN);
 }

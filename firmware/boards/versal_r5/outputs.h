@@ -2,6 +2,6 @@
 #ifndef TAUPERP_VERSAL_R5_OUTPUTS_H
 #define TAUPERP_VERSAL_R5_OUTPUTS_H
 
-void outputs_init(void); /* the pin driven low */
+void outputs_init(void); /* drives the pin low */
 
 #endif

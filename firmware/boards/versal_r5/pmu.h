@@ -1,5 +1,5 @@
-/* pmu: the cycle counter of the Cortex-R5F (PMCCNTR), which counts at the processor's clock; under QEMU's -icount
- * shift=0 an instruction is a cycle. */
+/* pmu: the cycle counter of the Cortex-R5F (PMCCNTR), which counts at the processor's clock. Under QEMU with -icount
+ * shift=0, one instruction is one cycle. */
 #ifndef TAUPERP_VERSAL_R5_PMU_H
 #define TAUPERP_VERSAL_R5_PMU_H
 

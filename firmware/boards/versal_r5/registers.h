@@ -1,4 +1,4 @@
-/* registers: of the AMD Versal low-power domain's UART, as far as they are used here (AM012, Versal ACAP register
+/* registers: the UART registers of the AMD Versal low-power domain that this board uses (AM012, Versal ACAP register
  * reference). */
 #ifndef TAUPERP_VERSAL_R5_REGISTERS_H
 #define TAUPERP_VERSAL_R5_REGISTERS_H

@@ -1,5 +1,5 @@
-/* reset_cause: why the RPU starts, by the platform's reset reasons (CRP.RESET_REASON of the AM012 register reference)
- * and by whether its memory outlived the reset. */
+/* reset_cause: cause of the RPU's start, from the platform's reset reasons (CRP.RESET_REASON of the AM012 register
+ * reference) and from whether its memory survived the reset. */
 #ifndef TAUPERP_VERSAL_R5_RESET_CAUSE_H
 #define TAUPERP_VERSAL_R5_RESET_CAUSE_H
 
@@ -16,10 +16,11 @@ enum {
     RESET_SLR_SRST = 1u << 10
 };
 
-/* `recorded`: the count of restarts is still in memory (restarts.h). A power-on clears it, so the RPU alone was
- * restarted: by its watchdog or an error that the platform manager acted on, which leave `reason` as it was. Without a
- * record the reason counts: an error's reset is a watchdog's, none at all (the platform manager has cleared it) is a
- * power-on. */
+/* `recorded`: the count of restarts is still in memory (restarts.h). A power-on clears it, so a record means that only
+ * the RPU was restarted: by its watchdog, or by an error on which the platform manager acted. Neither changes `reason`.
+ * Without a record `reason` counts: a reset by an error counts as the watchdog's; no reason at all (the platform
+ * manager has cleared it) counts as power-on.
+ */
 guard_start_t reset_cause(uint32_t reason, bool recorded, bool exception_recorded);
 
 #endif

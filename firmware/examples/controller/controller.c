@@ -1,10 +1,11 @@
-/* controller: a robot's controller on SocketCAN, with firmware/robot_side. It holds an arm still and prints
- * what the guard permits. A real controller reads its joints instead of constants and commands its drives.
+/* controller: a robot's controller on SocketCAN, with firmware/robot_side. It holds an arm still and prints what the
+ * guard permits. A real controller reads its joints instead of constants and commands its drives.
  *
- *     build/controller vcan0 classic|fd PERIOD_US CYCLES POSITION,TORQUE...       rad and Nm, one pair a joint
+ *     build/controller vcan0 classic|fd PERIOD_US CYCLES POSITION,TORQUE...       rad and Nm, one pair per joint
  *
- * For a guard in lockstep: the next cycle starts when the last one is answered, after half of PERIOD_US at the latest.
- * The first permission and each one after a stop need a GuardReset. Here the program sends it; in a cell a person does.
+ * For a guard in lockstep: the next cycle starts when the last one is answered, at the latest after half of PERIOD_US.
+ * The first permission, and each permission after a stop, needs a GuardReset. Here the program sends it; in a cell a
+ * person does.
  */
 #define _GNU_SOURCE /* -std=c11 hides what is not ISO C */
 #include <linux/can.h>
@@ -45,10 +46,10 @@ static void transmit(int bus, const can_frame_t *frame) {
     struct canfd_frame raw = {.can_id = frame->id, .len = frame->length, .flags = fd ? CANFD_BRS : 0};
     (void)memcpy(raw.data, frame->data, sizeof frame->data);
     (void)!write(bus, &raw,
-                 fd ? CANFD_MTU : CAN_MTU); /* a frame that is not sent is missing at the guard, which stops */
+                 fd ? CANFD_MTU : CAN_MTU); /* a frame that is not sent is missing at the guard, which then stops */
 }
 
-/* Hears every frame that has arrived. */
+/* Processes every frame that has arrived. */
 static void hear(int bus) {
     struct canfd_frame raw;
     while (read(bus, &raw, sizeof raw) > 0) {
@@ -63,7 +64,7 @@ static void hear(int bus) {
 static void send_cycle(int bus, char **pairs, uint32_t joints) {
     static const float still[3] = {0.0f, 0.0f, 0.0f};
     can_frame_t frame;
-    hear(bus); /* frames from before this cycle answer an earlier one */
+    hear(bus); /* frames that arrived before this cycle answer an earlier one */
     robot_side_begin(&robot, clock_us(), &frame);
     transmit(bus, &frame);
     if (robot_side_task(&robot, ROBOT_SIDE_TASK_NONE, still, &frame)) {
@@ -80,7 +81,7 @@ static void send_cycle(int bus, char **pairs, uint32_t joints) {
     }
 }
 
-/* Hears frames until the cycle is answered or its time has passed. */
+/* Processes frames until the cycle is answered or its time has passed. */
 static robot_side_permit_t await_answer(int bus) {
     const uint64_t end_us = robot.begun_us + robot.config.answer_us;
     for (uint64_t now_us = clock_us(); !robot.answered && !robot.stopped && (now_us < end_us); now_us = clock_us()) {

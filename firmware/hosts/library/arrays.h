@@ -1,7 +1,7 @@
 /* arrays: the firmware's mathematics over many instants in one call, for numpy. No wire, no guard, no clock.
  *
- * All arrays are dense, row by row: `rows` times joint_count numbers, if nothing else is said. The functions stop
- * before the first row in which the numeric type cannot hold a result, and return the number of rows that are done.
+ * All arrays are dense and row-major: `rows` times joint_count numbers unless stated. The functions stop before the
+ * first row with a result that the numeric type cannot represent, and return the number of completed rows.
  */
 #ifndef TAUPERP_ARRAYS_H
 #define TAUPERP_ARRAYS_H
@@ -9,7 +9,7 @@
 #include "detector.h"
 #include "guard.h"
 
-/* Every stage from the joints' readings to the collision. */
+/* All stages from the joints' readings to the detector. */
 typedef struct {
     motion_t motion;
     observer_t observer;
@@ -22,13 +22,13 @@ typedef struct {
 
 void tauperp_core_init(tauperp_core_t *self);
 
-/* One cycle a row, each a period after the one before.
+/* One cycle per row, one period apart.
  *
- * task           (rows) as on the wire; each has to be on in the configuration
+ * task           (rows) as on the wire; each must be configured
  * q, qd, tau     rad, rad/s, Nm
- * acceleration   (rows, 3) m/s2
+ * acceleration   (rows, 3) m/s^2
  * residual, index, threshold   r, the index in the channel nearest to its threshold, and that threshold, Nm
- * tripped        (rows) joint from 1 whose index has been above its threshold for the debounce time, else 0
+ * tripped        (rows) joint, from 1, whose index was above its threshold for the debounce time; else 0
  */
 uint32_t tauperp_core_steps(tauperp_core_t *self, const guard_config_t *config, uint32_t rows, const uint8_t task[],
                             const num_t q[], const num_t qd[], const num_t tau[], const num_t acceleration[],

@@ -1,5 +1,5 @@
-/* tauperp: the firmware as a shared library, for hosts that drive it in lockstep. It offers the
- * firmware's own interface, and functions that identify the build. */
+/* tauperp: the firmware as a shared library, for hosts that drive it in lockstep. It offers the firmware's own
+ * interface, and functions that identify the build. */
 #ifndef TAUPERP_H
 #define TAUPERP_H
 

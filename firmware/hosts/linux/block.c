@@ -10,7 +10,7 @@
 
 #include "options.h"
 
-/* Bytes read, up to `size`; -1 with errno. */
+/* Reads up to `size` bytes. Returns their number, or -1 with errno. */
 static ssize_t read_all(int file, unsigned char *bytes, size_t size) {
     size_t done = 0;
     while (done < size) {
@@ -35,7 +35,7 @@ static bool is_for(const guard_config_t *block, const char *path, const char *ro
     if (strcmp(name, robot) == 0) {
         return true;
     }
-    /* A name is printed only from what is a block at all. */
+    /* Print a name only from data with the header of a block. */
     if (block->magic == CONFIG_MAGIC) {
         complain("%s: the block is for the robot '%s', not for '%s'", path, name, robot);
     } else {
@@ -51,7 +51,7 @@ const guard_config_t *block_load(const char *path, const char *robot) {
         complain("%s: %s", path, strerror(errno));
         return NULL;
     }
-    /* One byte more than a block, to see a file that is too long. */
+    /* One byte more than a block, to detect a file that is too long. */
     void *const memory = mmap(NULL, size + 1u, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     const ssize_t length = (memory == MAP_FAILED) ? -1 : read_all(file, memory, size + 1u);
     const int reason = errno;
@@ -95,27 +95,27 @@ const char *block_problem(guard_status_t status) {
     case GUARD_BAD_WIRE:
         return "made for another DBC; make it again with 'tauperp config'";
     case GUARD_BAD_ROBOT:
-        return "its robot table is not one";
+        return "its robot table is not valid";
     case GUARD_BAD_TIMING:
-        return "a period, deadline or budget is out of its range";
+        return "a period, deadline or budget is out of range";
     case GUARD_BAD_TASK:
-        return "a task has a threshold or debounce that is not positive or an unknown index, or no task is on";
+        return "a task has a threshold or debounce that is not positive, or an unknown index; or no task is configured";
     case GUARD_CONTACT_NEEDS_JOINTS:
-        return "a contact explains as many directions as the arm has joints: it would see nothing";
+        return "a contact explains as many directions as the arm has joints: the guard would detect no force";
     case GUARD_PAYLOAD_NEEDS_6_JOINTS:
-        return "d_p needs 6 joints: with fewer it would see nothing";
+        return "d_p needs 6 joints: with fewer the guard would detect no force";
     case GUARD_BAD_OBSERVER:
-        return "the observer's constants do not belong together";
+        return "the observer's constants are inconsistent";
     case GUARD_BAD_SUBSPACE:
-        return "the projection's tolerance, lever or basis is out of its range";
+        return "the projection's tolerance, lever or basis is out of range";
     case GUARD_BAD_STOP:
-        return "a stop category is none of 0, 1 and 2";
+        return "a stop category is not 0, 1 or 2";
     case GUARD_BAD_SENSOR:
-        return "a sensor's offset or friction is out of its range";
+        return "a sensor's offset or friction is out of range";
     case GUARD_BAD_LIMITS:
-        return "a limit on what a task explains is out of its range";
+        return "a limit on what a task explains is out of range";
     case GUARD_BAD_BANK:
-        return "a channel is no filter of gain 1, or a task watches no force that stays";
+        return "a channel's gain is not 1, or no channel of a task detects a constant force";
     case GUARD_TOO_SLOW:
         return "the worst-case reaction time is too long";
     case GUARD_STATUS_NONE:

@@ -4,11 +4,11 @@
 
 #include "config.h"
 
-/* NULL after one line on stderr: the file cannot be read, is not as long as a block, or is for another robot than
- * `robot`. guard_init checks the content. */
+/* NULL, after one line on stderr, if the file cannot be read, has another length than a block, or is for another robot
+ * than `robot`. guard_init checks the content. */
 const guard_config_t *block_load(const char *path, const char *robot);
 
-/* Why guard_init refused it, as text. */
+/* The reason why guard_init refused the block, as text. */
 const char *block_problem(guard_status_t status);
 
 #endif

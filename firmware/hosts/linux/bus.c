@@ -16,10 +16,10 @@
 #include "options.h"
 #include "protocol.h"
 
-#define RECEIVE_BUFFER_BYTES (1 << 20) /* 1,000 frames or so: 100 ms of a classic bus at full load */
+#define RECEIVE_BUFFER_BYTES (1 << 20) /* about 1,000 frames: 100 ms of a classic bus at full load */
 #define MAX_SEND             4u
 
-/* Room for a frame's time stamp and the count of frames lost before it. */
+/* Space for a frame's time stamp and the count of frames lost before it. */
 typedef union {
     struct cmsghdr align;
     unsigned char bytes[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
@@ -50,7 +50,7 @@ static bool set_filters(int fd) {
 static bool set_reports(int fd) {
     const int on = 1;
     const int bytes = RECEIVE_BUFFER_BYTES;
-    /* Beyond net.core.rmem_max where allowed. */
+    /* Above net.core.rmem_max if permitted. */
     if (setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof bytes) != 0) {
         (void)setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
     }
@@ -58,7 +58,7 @@ static bool set_reports(int fd) {
            (setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) == 0);
 }
 
-/* NULL and an open self->socket, or why not. */
+/* NULL and an open self->socket, or the reason of the failure. */
 static const char *connect_to(bus_t *self) {
     struct ifreq interface = {0};
     if (strlen(self->channel) >= sizeof interface.ifr_name) {
@@ -83,7 +83,7 @@ static const char *connect_to(bus_t *self) {
                    (bind(fd, (const struct sockaddr *)&address, sizeof address) != 0)) {
             problem = strerror(errno);
         } else {
-            /* it is open */
+            /* already open */
         }
     }
     if (problem != NULL) {
@@ -164,7 +164,7 @@ static bus_frame_t frame_of(const struct canfd_frame *raw, size_t size) {
     return result;
 }
 
-/* Time and overflow count that came with a frame. */
+/* Time stamp and overflow count of a frame. */
 static void take_ancillary(bus_t *self, struct msghdr *message, bus_frame_t *frame) {
     for (struct cmsghdr *part = CMSG_FIRSTHDR(message); part != NULL; part = CMSG_NXTHDR(message, part)) {
         if (part->cmsg_level != SOL_SOCKET) {
@@ -176,7 +176,7 @@ static void take_ancillary(bus_t *self, struct msghdr *message, bus_frame_t *fra
         } else if (part->cmsg_type == SO_RXQ_OVFL) {
             (void)memcpy(&self->overflows, CMSG_DATA(part), sizeof self->overflows);
         } else {
-            /* nothing that was asked for */
+            /* no other control message was requested */
         }
     }
 }

@@ -22,7 +22,7 @@ uint64_t clock_monotonic_us(void) {
 }
 
 clock_pair_t clock_read_pair(void) {
-    /* Monotonic first: the time between the two readings makes a frame look older, never younger. */
+    /* Monotonic first: the time between the two readings can only make a frame look older, never younger. */
     const uint64_t monotonic_us = clock_monotonic_us();
     struct timespec realtime;
     (void)clock_gettime(CLOCK_REALTIME, &realtime);

@@ -1,4 +1,4 @@
-/* histogram: durations in whole microseconds, 0 to HISTOGRAM_LIMIT - 1, and what is above in one bin. */
+/* histogram: durations in whole microseconds, 0 to HISTOGRAM_LIMIT - 1, with one bin for longer ones. */
 #ifndef TAUPERP_LINUX_HISTOGRAM_H
 #define TAUPERP_LINUX_HISTOGRAM_H
 
@@ -14,8 +14,8 @@ typedef struct {
 
 void histogram_add(histogram_t *self, uint64_t duration_us);
 
-/* The duration that `percent` (0 to 100) of them do not exceed; the longest where that is in the bin above; 0 of none.
- */
+/* The duration that `percent` (0 to 100) of the samples do not exceed. The longest sample if that is in the last bin. 0
+ * without samples. */
 uint64_t histogram_percentile(const histogram_t *self, uint32_t percent);
 
 #endif

@@ -15,10 +15,10 @@
 #include "protocol.h"
 #include "version.h"
 
-#define LINE_BYTES 1400 /* below PIPE_BUF: a pipe takes a line whole or not at all */
+#define LINE_BYTES 1400 /* below PIPE_BUF: a write to a pipe is atomic */
 #define US_PER_S   1000000u
 
-/* For print only. */
+/* For output only. */
 static double newton_metres(num_t value) {
 #ifdef TAUPERP_FIXED
     return (double)value / (double)(1u << NUM_FRACTION);
@@ -45,7 +45,7 @@ static void add(line_t *line, const char *format, ...) {
     }
 }
 
-/* A string as JSON: quotes, backslashes and control characters are the only ones that need care. */
+/* Writes a string as JSON. Only quotes, backslashes and control characters need an escape. */
 static void add_string(line_t *line, const char *key, const char *value) {
     add(line, ",\"%s\":\"", key);
     for (const char *c = value; *c != '\0'; c++) {
@@ -70,7 +70,7 @@ static void add_time(line_t *line, uint64_t now_us) {
 
 static void begin(const journal_t *self, line_t *line, const char *event, uint64_t now_us) {
     line->length = 0;
-    add(line, "\n"); /* which `put` leaves out where the last line was whole */
+    add(line, "\n"); /* `put` omits it if the last line was complete */
     if (self->json) {
         add(line, "{\"event\":\"%s\",\"time_s\":", event);
         add_time(line, now_us);
@@ -81,7 +81,7 @@ static void begin(const journal_t *self, line_t *line, const char *event, uint64
 }
 
 static ssize_t put(const journal_t *self, const line_t *line) {
-    /* After a torn line, start with its line break. */
+    /* After a partial line, start with its line break. */
     const char *const text = self->torn ? line->text : &line->text[1];
     const size_t length = self->torn ? line->length : (line->length - 1u);
     const ssize_t written =
@@ -102,8 +102,8 @@ static void end(journal_t *self, line_t *line) {
     }
 }
 
-/* Other processes share the flags of our stdout, so it is reopened non-blocking. A write to a file does not wait long.
- */
+/* Other processes share the flags of stdout, so stdout is reopened as non-blocking. A write to a file does not wait
+ * long. */
 static void find_out(journal_t *self) {
     struct stat kind = {0};
     self->out = STDOUT_FILENO;

@@ -18,7 +18,7 @@
 
 /* --- time --------------------------------------------------------------------------------------------------------- */
 
-/* A timer that is set too early costs one wake-up; setting it again with every frame costs a system call each. */
+/* A timer that fires too early costs one wake-up. Setting it again for every frame costs one system call each. */
 static void set_timer(loop_t *self) {
     const uint64_t due_us = self->schedule.due_us;
     if (self->timer_set && (self->timer_us <= due_us)) {
@@ -33,20 +33,20 @@ static void set_timer(loop_t *self) {
     self->timer_set = true;
 }
 
-/* What the journal says: guard time, as the states beside it. */
+/* Guard time for the journal, the same as that of the states. */
 static uint64_t journal_time(const loop_t *self, uint64_t now_us) {
     return schedule_time(&self->schedule, now_us);
 }
 
 /* --- bus faults --------------------------------------------------------------------------------------------------- */
 
-/* In every state, also before the first tick: the guard decides what follows. */
+/* Passed on in every state, also before the first tick: the guard decides on the consequence. */
 static void withdraw(loop_t *self, guard_reason_t reason) {
     guard_trip(&self->guard, reason);
     self->urgent = self->urgent || self->out.permitted;
 }
 
-/* The socket said so, on reading or on sending. */
+/* An error of the socket, on reading or on sending. */
 static void bus_failed(loop_t *self, uint64_t now_us, int problem) {
     if (!self->stuck) {
         self->stuck = true;
@@ -54,7 +54,7 @@ static void bus_failed(loop_t *self, uint64_t now_us, int problem) {
         withdraw(self, GUARD_REASON_BUS_DOWN);
     }
     if ((problem == ENODEV) || (problem == ENXIO)) {
-        bus_close(&self->bus); /* and out of the epoll with it */
+        bus_close(&self->bus); /* this also removes it from the epoll set */
     }
 }
 
@@ -109,19 +109,20 @@ static void look_for_overflow(loop_t *self, uint64_t now_us) {
 
 /* --- one tick ----------------------------------------------------------------------------------------------------- */
 
-/* States at once; a reason that changes within one at most once a second. */
+/* Reports states at once, and a changed reason within a state at most once a second. */
 static void tell_state(loop_t *self, uint64_t monotonic_us, uint64_t now_us, const guard_output_t *before) {
     const guard_output_t *const out = &self->out;
-    const bool other = !self->told_state || (out->state != before->state) || (out->trip_number != before->trip_number);
-    if (other || ((out->reason != before->reason) && (monotonic_us >= (self->told_us + US_PER_S)))) {
-        self->told_state = true;
-        self->told_us = monotonic_us;
+    const bool other =
+        !self->state_reported || (out->state != before->state) || (out->trip_number != before->trip_number);
+    if (other || ((out->reason != before->reason) && (monotonic_us >= (self->reported_us + US_PER_S)))) {
+        self->state_reported = true;
+        self->reported_us = monotonic_us;
         journal_state(&self->journal, now_us, out);
     }
 }
 
-/* The guard's frames, and behind them now and then one of the event recorder: in real time only, since runs in lockstep
- * are compared byte for byte. */
+/* Sends the guard's frames, and after them sometimes one of the event recorder. Real time only, because runs in
+ * lockstep are compared byte for byte. */
 static void send_answer(loop_t *self, uint64_t now_us) {
     int problem = 0;
     can_frame_t frames[GUARD_MAX_FRAMES + 1u];
@@ -140,11 +141,11 @@ static void send_answer(loop_t *self, uint64_t now_us) {
         self->stuck = false;
         journal_bus(&self->journal, journal_time(self, now_us), "takes frames again", NULL);
     } else {
-        /* as ever */
+        /* no change */
     }
 }
 
-/* Now. Returns when the verdict was there. */
+/* Ticks now. Returns the time at which the verdict was ready. */
 static uint64_t tick(loop_t *self) {
     const guard_output_t before = self->out;
     const uint64_t monotonic_us = clock_monotonic_us();
@@ -171,15 +172,15 @@ static void timer_tick(loop_t *self) {
 
 /* --- frames ------------------------------------------------------------------------------------------------------- */
 
-/* The guard itself withdraws the permission (ANOTHER_GUARD); here it does so at once, and reports it. Frames that this
- * process sends do not come back to it. */
+/* The guard itself withdraws the permission (ANOTHER_GUARD). Here it does so at once, and the process reports it. The
+ * socket does not return frames of this process. */
 static void look_for_company(loop_t *self, const can_frame_t *frame, uint64_t now_us) {
     if (frame->id != protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id) {
         return;
     }
     self->urgent = self->urgent || self->out.permitted;
-    if (!self->told_company) {
-        self->told_company = true;
+    if (!self->second_guard_reported) {
+        self->second_guard_reported = true;
         journal_bus(&self->journal, journal_time(self, now_us), "another guard answers on this bus", NULL);
     }
 }
@@ -228,7 +229,7 @@ static void look_at_clock(loop_t *self) {
     self->timer_set = false;
     const uint64_t monotonic_us = clock_monotonic_us();
     if (monotonic_us < self->schedule.due_us) {
-        return; /* a tick has moved it on since */
+        return; /* a tick has moved it since */
     }
     look_for_interface(self, monotonic_us);
     if (schedule_is_due(&self->schedule, monotonic_us)) {
@@ -239,7 +240,7 @@ static void look_at_clock(loop_t *self) {
 static void act_at_once(loop_t *self) {
     if (self->urgent) {
         self->urgent = false;
-        if (!self->schedule.in_lockstep) { /* in lockstep a cycle has one tick: the next one reports it */
+        if (!self->schedule.in_lockstep) { /* in lockstep a cycle has one tick: the next one reports the fault */
             (void)tick(self);
         }
     }
@@ -267,7 +268,7 @@ static sigset_t ending_signals(void) {
 void loop_hold_signals(void) {
     const sigset_t ending = ending_signals();
     (void)sigprocmask(SIG_BLOCK, &ending, NULL);
-    (void)signal(SIGPIPE, SIG_IGN); /* the reader of the log has gone */
+    (void)signal(SIGPIPE, SIG_IGN); /* the reader of the log may end */
 }
 
 static bool begin(loop_t *self) {
@@ -286,7 +287,7 @@ static bool begin(loop_t *self) {
     return true;
 }
 
-/* True when a signal asks to end. */
+/* True if a signal requests the end. */
 static bool turn(loop_t *self, const struct epoll_event *events, int count) {
     bool end = false;
     bool timer = false;
@@ -294,7 +295,7 @@ static bool turn(loop_t *self, const struct epoll_event *events, int count) {
         if (events[i].data.fd == self->signals) {
             end = true;
         } else if (events[i].data.fd == self->timer) {
-            timer = true; /* after the frames: they may make its tick unnecessary */
+            timer = true; /* after the frames, which may make its tick unnecessary */
         } else {
             hear(self);
         }
@@ -302,7 +303,7 @@ static bool turn(loop_t *self, const struct epoll_event *events, int count) {
     act_at_once(self);
     if (timer) {
         look_at_clock(self);
-        act_at_once(self); /* its answer may not have gone out */
+        act_at_once(self); /* the last answer may not have been sent */
     }
     set_timer(self);
     return end;

@@ -1,14 +1,14 @@
-/* loop: the one loop of the process: frames in, ticks, frames out.
- *
- * schedule.h says when to tick.
+/* loop: the only loop of the process. It receives frames, ticks, and sends the answers. schedule.h decides when to
+ * tick.
  *
  * A bus fault ends the permission (guard_trip), and the process tries to send that StopCommand at once:
- *   bus-off: BUS_OFF; the interface is down or gone, the controller's transmission times out, or the kernel does not
- *   take a StopCommand (its queue is full, so older ones are stuck in it): BUS_DOWN; the socket or the controller lost
- *   frames: RX_OVERFLOW. The guard gets them in every state, before the first tick too.
- *   Another guard's StopCommand: ANOTHER_GUARD (guard.h), at once.
- * An interface that comes back, or is removed and created again under its name, is used again without a restart. The
- * trip stays latched like any other.
+ *   - BUS_OFF: the controller is bus-off.
+ *   - BUS_DOWN: the interface is down or gone, the controller's transmission times out, or the kernel does not accept a
+ *     StopCommand (its queue is full of older ones).
+ *   - RX_OVERFLOW: the socket or the controller lost frames.
+ *   - ANOTHER_GUARD: a StopCommand of another guard was received (guard.h).
+ * The guard gets them in every state, also before the first tick. An interface that comes back, or is removed and
+ * created again under its name, is used again without a restart. The trip stays latched.
  */
 #ifndef TAUPERP_LINUX_LOOP_H
 #define TAUPERP_LINUX_LOOP_H
@@ -33,18 +33,18 @@ typedef struct {
     guard_clock_t clock;
     journal_counts_t counts;
     int epoll, timer, signals;
-    uint64_t timer_us;   /* what the timer is set to */
-    uint64_t told_us;    /* the last line of counters or of a reason that changes */
-    uint32_t overflows;  /* of the socket, as last seen */
-    uint32_t bus_errors; /* BUS_ERROR_*, as last told */
-    bool stuck;          /* the bus does not take frames, since a StopCommand last went out */
+    uint64_t timer_us;    /* the time that the timer is set to */
+    uint64_t reported_us; /* time of the last line of counters or of a changed reason */
+    uint32_t overflows;   /* of the socket, as last read */
+    uint32_t bus_errors;  /* BUS_ERROR_*, as last reported */
+    bool stuck;           /* the bus has accepted no frames since the last sent StopCommand */
     bool timer_set;
-    bool urgent;       /* tick at once */
-    bool told_state;   /* a state has been told */
-    bool told_company; /* that there is another guard */
+    bool urgent;                /* tick at once */
+    bool state_reported;        /* a state has been reported */
+    bool second_guard_reported; /* another guard has been reported */
 } loop_t;
 
-/* Before the first line or frame: from here on SIGTERM, SIGINT and SIGHUP wait until loop_run looks for them. */
+/* Call before the first line or frame: from then on SIGTERM, SIGINT and SIGHUP wait until loop_run checks for them. */
 void loop_hold_signals(void);
 
 /* Runs until SIGTERM, SIGINT or SIGHUP, then sends a last StopCommand without permission and returns true. False, after

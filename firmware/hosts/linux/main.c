@@ -14,7 +14,7 @@
 
 enum { EXIT_ENDED = 0, EXIT_CANNOT = 1, EXIT_BAD_INPUT = 2 };
 
-#define STACK_BYTES (128 * 1024) /* well above the need of the loop; mapped before it starts */
+#define STACK_BYTES (128 * 1024) /* more than the loop needs; mapped before it starts */
 
 static void touch_stack(void) {
     volatile unsigned char stack[STACK_BYTES];
@@ -31,7 +31,7 @@ static journal_denied_t ask_for_real_time(int priority) {
     touch_stack();
     const struct sched_param wanted = {.sched_priority = priority};
     if (priority == 0) {
-        denied.priority = "not asked for";
+        denied.priority = "not requested";
     } else if (sched_setscheduler(0, SCHED_FIFO, &wanted) != 0) {
         denied.priority = strerror(errno);
     } else {

@@ -4,7 +4,7 @@
 
 #include "guard.h"
 
-/* tests/bus holds these against the DBC's value tables. */
+/* tests/bus compares these with the DBC's value tables. */
 static const char *const TASKS[] = {"Invalid", "None", "Payload", "Contact", "Task4", "Task5", "Task6"};
 
 static const char *pick(const char *const *names, size_t count, uint32_t number) {

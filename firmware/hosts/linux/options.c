@@ -15,23 +15,23 @@
 
 static const char HELP[] = "usage: " PROGRAM " --channel CAN --robot NAME --config FILE [options]\n"
                            "\n"
-                           "The collision guard as a process on SocketCAN: hears the robot's frames, answers\n"
-                           "every cycle with the permission to move. Ends with a last StopCommand without\n"
-                           "permission on SIGTERM or SIGINT.\n"
+                           "The collision guard as a process on SocketCAN. It receives the robot's frames\n"
+                           "and permits motion or stops it, once per cycle. On SIGTERM or SIGINT it sends a\n"
+                           "last StopCommand without permission and ends.\n"
                            "\n"
                            "  --channel CAN    network interface: can0, vcan0, ...\n"
-                           "  --robot NAME     the robot on that bus; must be the one of the block\n"
+                           "  --robot NAME     robot on that bus; must match the block\n"
                            "  --config FILE    configuration block, made by 'tauperp config TOML -o FILE'\n"
-                           "  --lockstep       guard time is bus time: every Sync is one period later than\n"
-                           "                   the one before, however long it took (for simulated robots)\n"
+                           "  --lockstep       guard time is bus time: each Sync advances it by one period,\n"
+                           "                   whatever the clock says (for simulated robots)\n"
                            "  --priority N     SCHED_FIFO priority, 1 to 99, or 0 for none (default 50, in\n"
                            "                   lockstep 0)\n"
-                           "  --verbose        also a line of counters every second\n"
-                           "  --json           one JSON object a line instead of text\n"
+                           "  --verbose        also print a line of counters every second\n"
+                           "  --json           print one JSON object per line instead of text\n"
                            "  --version        print the version\n"
-                           "  --help           print this\n"
+                           "  --help           print this help\n"
                            "\n"
-                           "Exit code: 0 ended by a signal, 1 cannot go on, 2 bad input (a line on stderr).\n";
+                           "Exit code: 0 ended by a signal, 1 cannot continue, 2 bad input (a line on stderr).\n";
 
 void complain(const char *format, ...) {
     va_list arguments;

@@ -10,7 +10,7 @@
 
 static const char file_name[] = "/restarts";
 
-/* False without a folder, or with a path that is too long. */
+/* False without a folder, or if the path is too long. */
 static bool path_of(char path[PATH_MAX]) {
     const char *const folder = getenv("RUNTIME_DIRECTORY");
     if ((folder == NULL) || ((strlen(folder) + sizeof file_name) > (size_t)PATH_MAX)) {
@@ -22,7 +22,7 @@ static bool path_of(char path[PATH_MAX]) {
     return true;
 }
 
-/* There may have been any number: the next unexpected one is the last. */
+/* The count is unknown: the next unexpected restart is the last. */
 static const restarts_t uncounted = {.cause = GUARD_START_UNKNOWN, .count = GUARD_MAX_RESTARTS};
 
 restarts_t restarts_note(void) {
@@ -36,7 +36,7 @@ restarts_t restarts_note(void) {
         return uncounted;
     }
     uint8_t count = 0;
-    if (read(file, &count, sizeof count) == (ssize_t)sizeof count) { /* the process before left it */
+    if (read(file, &count, sizeof count) == (ssize_t)sizeof count) { /* written by the previous process */
         restarts.cause = GUARD_START_SERVICE;
         restarts.count = (count < UINT8_MAX) ? (count + 1u) : UINT8_MAX;
     }
