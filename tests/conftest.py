@@ -5,6 +5,7 @@ Markers:
     slow     not quick, only because it runs long
     bus      needs vcan0; runs inside tools/vcan (bus_session.py)
     target   runs the firmware on an emulated controller, or counts its instructions
+    gate     judges the sources; a planted violation turns it red (tests/gates/test_planted.py)
     needs    names of tools/toolbox: skipped, in one line, where the machine has no such tool and cannot get it
 """
 
@@ -23,7 +24,7 @@ SEED = 4711
 # Files whose tests simulate minutes, start clusters, install packages or wait for a real clock.
 SLOW = (
     "test_calibrate", "test_campaign", "test_docs", "test_experiment", "test_front_door", "test_guard_faults",
-    "test_monitor", "test_public_arms", "test_real_arms", "test_record", "test_replay_compare", "test_replay_panda",
+    "test_monitor", "test_planted", "test_public_arms", "test_real_arms", "test_record", "test_replay_compare", "test_replay_panda",
     "test_run_bus", "test_score", "test_sensitivity", "test_stop_cycles", "test_task_switching", "test_view",
     "test_wheel",
 )  # fmt: skip
@@ -106,7 +107,7 @@ def scope_of(nodeid: str) -> str:
         return "bus"
     if file.startswith("tests/unit/"):
         return file + test[test.rfind("[") :]
-    if file.startswith("tests/host/"):
+    if file.startswith("tests/host/") or file.endswith("test_planted.py"):
         return file
     return nodeid
 

@@ -44,6 +44,7 @@ def _anchors(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", title).strip().lower().replace(" ", "-") for title in titles}
 
 
+@pytest.mark.gate
 def test_every_link_between_pages_leads_to_a_page_and_a_heading(builder: ModuleType, site: dict[str, str]) -> None:
     pages = {builder.site_path(path): text for path, text in site.items()}
     for path, text in pages.items():
@@ -54,12 +55,14 @@ def test_every_link_between_pages_leads_to_a_page_and_a_heading(builder: ModuleT
                 assert anchor[1:] in _anchors(pages[page]), f"{path}: {target}{anchor}"
 
 
+@pytest.mark.gate
 def test_links_of_the_readme_lead_somewhere() -> None:
     for name in ("README.md", "SECURITY.md", "RELEASING.md"):
         for target in re.findall(r"\]\((?!https?:|mailto:|#)([^)#\s]+)", (ROOT / name).read_text()):
             assert (ROOT / target).exists(), f"{name}: {target}"
 
 
+@pytest.mark.gate
 def test_every_page_is_in_the_navigation(builder: ModuleType, site: dict[str, str]) -> None:
     navigation = (ROOT / "mkdocs.yml").read_text()
     for path in site:
@@ -68,6 +71,7 @@ def test_every_page_is_in_the_navigation(builder: ModuleType, site: dict[str, st
             assert f": {place}\n" in navigation, place
 
 
+@pytest.mark.gate
 def test_every_reason_has_advice_and_a_class(builder: ModuleType) -> None:
     pages = sys.modules["pages"]
     names = set(pages.reason_names().values())
@@ -89,11 +93,13 @@ def test_the_reference_of_the_wire_names_every_signal_of_joint_1(site: dict[str,
         assert f"| {signal} |" in page
 
 
+@pytest.mark.gate
 def test_every_group_of_keys_is_explained_on_the_page_of_the_configuration() -> None:
     page = (ROOT / "docs" / "configuration.md").read_text()
     assert [name for name in Settings.model_fields if f"`{name}" not in page] == []
 
 
+@pytest.mark.gate
 def test_the_decisions_are_listed() -> None:
     folder = ROOT / "docs" / "decisions"
     listed = re.findall(r"\]\((\w[\w-]*\.md)\)", (folder / "index.md").read_text())

@@ -127,6 +127,7 @@ def test_every_external_symbol_has_the_prefix(foreign: Path, numeric: str) -> No
     assert [name for name in sorted(names) if not name.startswith(f"tauperp_{numeric}_")] == []
 
 
+@pytest.mark.gate
 def test_every_macro_of_the_public_header_has_the_prefix() -> None:
     defines = re.findall(r"^#define (\w+)", (FIRMWARE / "api" / "tauperp.h").read_text(), re.MULTILINE)
     assert [name for name in defines if not name.lower().startswith("tauperp_")] == []

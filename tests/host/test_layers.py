@@ -40,6 +40,7 @@ def climbing(firmware: Path) -> list[str]:
     return found
 
 
+@pytest.mark.gate
 def test_no_include_climbs() -> None:
     assert climbing(FIRMWARE) == []
 
@@ -55,6 +56,7 @@ def test_an_include_that_climbs_is_found(tmp_path: Path) -> None:
     assert climbing(tmp_path) == ["core/motion.c -> guard"]
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("numeric", ["float", "fixed"])
 @pytest.mark.parametrize("room", ["core", "wire"])
 def test_a_lower_layer_builds_alone(room: str, numeric: str) -> None:

@@ -2,18 +2,22 @@
 
 import re
 
+import pytest
+
 from tauperp import __version__
 from tauperp.files import repository_root
 
 ROOT = repository_root()
 
 
+@pytest.mark.gate
 def test_the_version_has_one_place_and_the_citation_follows_it() -> None:
     macros = dict(re.findall(r"#define TAUPERP_VERSION_(\w+) +(\d+)u", (ROOT / "firmware/guard/version.h").read_text()))
     assert __version__ == ".".join(macros[part] for part in ("MAJOR", "MINOR", "PATCH"))
     assert re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE) == [__version__]
 
 
+@pytest.mark.gate
 def test_the_lock_pins_every_direct_dependency() -> None:
     pinned = {line.partition("==")[0].lower().replace("_", "-") for line in (ROOT / "requirements.lock").open()}
     project = (ROOT / "pyproject.toml").read_text().partition("[project.scripts]")[0]

@@ -38,6 +38,7 @@ def symbols(files: list[Path], kind: str) -> set[str]:
     return {line[-1] for line in lines if len(line) >= 2 and (line[-2] == "U") == (kind == "U")}
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("numeric", ["float", "fixed"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_nothing_of_libm_and_no_double_is_asked_for(target: str, numeric: str) -> None:

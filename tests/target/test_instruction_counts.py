@@ -16,6 +16,7 @@ ON_HOST = [
 ]
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("numeric", ["float", "fixed"])
 @pytest.mark.parametrize(
     "target",

@@ -19,6 +19,7 @@ def test_no_bits_make_a_projection_dearer_than_its_limit(target: str, build: str
     assert projection_limit / 4 < projection <= projection_limit  # a limit that says something
 
 
+@pytest.mark.gate
 def test_the_limits_are_the_documents() -> None:
     text = (ROOT / "docs" / "guard.md").read_text()
     for build, name in (("float", "float"), ("fixed", "Q9.22")):
