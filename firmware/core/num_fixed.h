@@ -236,6 +236,58 @@ static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_
     return (exchange > smaller) ? 0 : (smaller - exchange);
 }
 
+/* a / 2^bits, rounded down. Precondition: a is not negative; bits below 63. */
+static inline num_wide_t num_wide_share(num_wide_t a, uint32_t bits) {
+    return (num_wide_t)((uint64_t)a >> bits);
+}
+
+static inline uint64_t num_wide_size(num_wide_t a) {
+    return (uint64_t)((a < 0) ? -a : a);
+}
+
+/* |along| <= 2^-bits sqrt(first second), to 31 bits of the larger square. Preconditions: |along| is at most that root
+ * but for rounding, squares below 2^62; bits below 31. */
+static inline bool num_is_orthogonal(num_wide_t along, num_wide_t first, num_wide_t second, uint32_t bits) {
+    const uint64_t largest = (uint64_t)((first > second) ? first : second);
+    const int32_t excess = 33 - __builtin_clzll(largest | 1u); /* bits above 31 */
+    const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
+    const uint64_t part = num_wide_size(along) >> right;
+    const uint64_t product = ((uint64_t)first >> right) * ((uint64_t)second >> right);
+    return (part >> 31 == 0u) && ((part * part) <= (product >> (2u * bits)));
+}
+
+/* The rotation by at most an eighth of a turn that makes two vectors with these squares and inner product orthogonal,
+ * by half the angle of (difference of the squares, twice the inner product); without its length. */
+static inline num_rotation_t num_symmetric_rotation(num_wide_t first, num_wide_t second, num_wide_t along) {
+    const uint64_t difference = num_wide_size(first - second);
+    const uint64_t twice = 2u * num_wide_size(along);
+    if (twice == 0u) {
+        return (num_rotation_t){.cos = 1073741824, .sin = 0, .length = 0};
+    }
+    const int32_t excess = 34 - __builtin_clzll(difference | twice); /* bits above 30 */
+    const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
+    const uint32_t left = (excess < 0) ? (uint32_t)-excess : 0u;
+    const uint64_t x = (difference >> right) << left;
+    const uint64_t y = (twice >> right) << left;
+    const uint64_t square = (x * x) + (y * y);
+    const uint32_t leading = num_leading(square);
+    const uint32_t inverse = num_newton((uint32_t)((square << leading) >> 32));
+    const uint32_t down = 32u - (leading / 2u);
+    const uint32_t cosine_double = (uint32_t)((x * inverse) >> down); /* Q30 */
+    const uint32_t sine_double = (uint32_t)((y * inverse) >> down);
+    const uint32_t most = 1073741823u; /* so that twice one plus the cosine fits into 32 bits */
+    const uint32_t half = 2u * (1073741824u + ((cosine_double < most) ? cosine_double : most)); /* cosine^2 in Q32 */
+    const uint32_t reciprocal = num_newton(half);                                               /* 1 / cosine in Q30 */
+    const int32_t cosine = (int32_t)(((uint64_t)half * reciprocal) >> 32);
+    const int32_t sine = (int32_t)(((uint64_t)sine_double * reciprocal) >> 31);
+    return (num_rotation_t){.cos = cosine, .sin = ((first < second) != (along < 0)) ? -sine : sine, .length = 0};
+}
+
+static inline bool num_wide_finite(num_wide_t a) {
+    (void)a;
+    return true;
+}
+
 /* a * b in Q30. Precondition: both within +-2. */
 static inline int32_t num_mul30(int32_t a, int32_t b) {
     return (int32_t)num_rounded((int64_t)a * b, 30u);

@@ -14,9 +14,10 @@ import pytest
 from plain import plain
 
 from tauperp import robot
-from tauperp.config import load_configuration
+from tauperp.config import Numeric, load_configuration
 from tauperp.errors import InputError
 from tauperp.firmware import Core, Guard
+from tauperp.firmware.core import Method
 from tauperp.sim.model import build_spec
 
 SEED = 20261122
@@ -31,20 +32,36 @@ def core() -> Core:
     return Core("ku_dex", config=plain("ku_dex"))
 
 
-def test_singular_values_are_lapacks_in_descending_order(core: Core) -> None:
+METHODS: tuple[Method, ...] = ("golub-kahan", "jacobi")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_singular_values_are_lapacks_in_descending_order(core: Core, method: Method) -> None:
     random = np.random.default_rng(SEED)
     for columns in range(7):
         matrix = random.normal(size=(7, columns))
-        found = core.project(matrix, np.ones(7), 1e-3)
+        found = core.project(matrix, np.ones(7), 1e-3, method)
         np.testing.assert_allclose(found.singular_values, np.linalg.svd(matrix, compute_uv=False), rtol=1e-5)
         assert found.rank == columns
 
 
-def test_a_direction_below_the_tolerance_is_not_explained(core: Core) -> None:
+@pytest.mark.parametrize("numeric", ["float32", "q9.22"])
+def test_both_methods_project_alike(numeric: Numeric) -> None:
+    core, random = Core("ku_dex", numeric, config=plain("ku_dex")), np.random.default_rng(SEED)
+    for _ in range(200):
+        matrix, tau = random.uniform(-1, 1, size=(7, 5)), random.uniform(-10, 10, size=7)
+        first, second = (core.project(matrix, tau, 1e-3, method) for method in METHODS)
+        assert first.rank == second.rank
+        np.testing.assert_allclose(first.index, second.index, atol=4e-4)
+        np.testing.assert_allclose(first.singular_values, second.singular_values, atol=5e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_direction_below_the_tolerance_is_not_explained(core: Core, method: Method) -> None:
     matrix = np.zeros((7, 2))
     matrix[0, 0], matrix[1, 1] = 1.0, 0.01
     tau = np.arange(1.0, 8.0)
-    fine, coarse = core.project(matrix, tau, 0.005), core.project(matrix, tau, 0.02)
+    fine, coarse = (core.project(matrix, tau, tolerance, method) for tolerance in (0.005, 0.02))
     np.testing.assert_allclose(fine.index, [0, 0, 3, 4, 5, 6, 7], atol=1e-6)
     np.testing.assert_allclose(coarse.index, [0, 2, 3, 4, 5, 6, 7], atol=1e-6)
     assert (fine.rank, coarse.rank) == (2, 1)
@@ -281,6 +298,7 @@ NAN = np.full(7, np.nan)
         (lambda core: core.project(np.full((7, 2), 64.0), Q, 1e-3), "A: every entry must be a number below 64"),
         (lambda core: core.project(np.ones((7, 2)), Q[:5], 1e-3), r"tau: shape \(5,\), must be \(7,\)"),
         (lambda core: core.project(np.ones((7, 2)), Q, -1.0), "tolerance: -1.0"),
+        (lambda core: core.project(np.ones((7, 2)), Q, 0.1, "qr"), "method: 'qr' is unknown"),
         (lambda core: core.project(np.ones((7, 2)), Q, np.nan), "tolerance: nan"),
     ],
 )

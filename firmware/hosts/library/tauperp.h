@@ -6,6 +6,7 @@
 #include "arrays.h"
 #include "event_log.h"
 #include "guard.h"
+#include "jacobi.h"
 #include "robot.h"
 #include "robot_side.h"
 #include "schedule.h"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 MAX_COLUMNS = 6  # SUBSPACE_MAX_COLUMNS
 MAX_ENTRY = 64.0  # of a matrix to project on: firmware/core/subspace.h
 TWIST_ROWS = 6
+
+Method = Literal["golub-kahan", "jacobi"]
 
 
 class Terms(NamedTuple):
@@ -89,6 +91,7 @@ class Core:
         self._config = library.load_block(config.block(numeric))
         self._stages = library.new("tauperp_core_t *")
         self._subspace = library.new("subspace_t *")
+        self._jacobi = library.new("jacobi_t *")
         self._tau = _Vector(library, MAX_JOINTS)
         self._columns = _Vector(library, MAX_COLUMNS * MAX_JOINTS)
         self._singular = _Vector(library, MAX_COLUMNS)
@@ -143,13 +146,18 @@ class Core:
         jacobian[:, :link] = self._links[key].terms(position[:link], np.zeros(link)).jacobian
         return jacobian
 
-    def project(self, A: npt.ArrayLike, tau: npt.ArrayLike, tolerance: float) -> Projection:
+    def project(
+        self, A: npt.ArrayLike, tau: npt.ArrayLike, tolerance: float, method: Method = "golub-kahan"
+    ) -> Projection:
         """Reject from tau (n,) what the columns of A (n, k) explain: d = tau - U_r U_r^T tau (eqs. 12 and 18).
 
         n 1 to 8, k 0 to 6, entries of A below 64 in size. A direction counts as explained if its singular value is
-        above `tolerance`, which is not negative and in the unit of A. Raises ValueError otherwise, and OverflowError
-        if Q9.22 cannot hold a result.
+        above `tolerance`, which is not negative and in the unit of A. `method` is the singular value decomposition:
+        "golub-kahan" is the first channel's, "jacobi" (one-sided rotations) the second one's. Raises ValueError
+        otherwise, and OverflowError if Q9.22 cannot hold a result.
         """
+        if method not in get_args(Method):
+            raise ValueError(f"method: {method!r} is unknown (there are {', '.join(get_args(Method))})")
         matrix = np.asarray(A, float)
         if matrix.ndim != 2 or not 1 <= matrix.shape[0] <= MAX_JOINTS or matrix.shape[1] > MAX_COLUMNS:
             raise ValueError(f"A: shape {matrix.shape}, must be (1 to {MAX_JOINTS}, 0 to {MAX_COLUMNS})")
@@ -165,6 +173,8 @@ class Core:
         library, subspace = self._library, self._subspace
         limit = library.to_num(np.array([tolerance])).item()
         columns = library.ffi.cast(f"num_t(*)[{MAX_JOINTS}]", self._columns.pointer)
+        if method == "jacobi":
+            return self._project_jacobi(n, k, columns, limit)
         library.lib.subspace_init(subspace)
         library.lib.subspace_step(subspace, n, k, columns, limit)
         library.lib.subspace_reject(subspace, self._tau.pointer, self._tau.pointer)
@@ -174,6 +184,15 @@ class Core:
         self._check_saturations(subspace.saturations)
         singular = library.from_num(self._singular.view[: subspace.directions])
         return Projection(library.from_num(self._tau.view[:n]), np.sort(singular)[::-1], rank)
+
+    def _project_jacobi(self, n: int, k: int, columns: Any, limit: Any) -> Projection:
+        library, jacobi = self._library, self._jacobi
+        library.lib.jacobi_init(jacobi)
+        library.lib.jacobi_hard(jacobi, n, k, columns, limit)
+        library.lib.jacobi_reject(jacobi, self._tau.pointer, self._tau.pointer)
+        self._check_saturations(jacobi.saturations)
+        singular = library.from_num(library.view(jacobi.singular)[: jacobi.directions])
+        return Projection(library.from_num(self._tau.view[:n]), singular, int(jacobi.rank))
 
     def step(
         self,

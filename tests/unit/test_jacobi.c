@@ -1,0 +1,190 @@
+#include "jacobi.h"
+
+#include "core_fixture.h"
+#include "soft.h"
+
+#define N 7u
+#define K SUBSPACE_MAX_COLUMNS
+
+static jacobi_t jacobi;
+static num_t column[K][ROBOT_MAX_JOINTS];
+
+void setUp(void) {
+    jacobi_init(&jacobi);
+    memset(column, 0, sizeof(column));
+}
+void tearDown(void) {
+    TEST_ASSERT_EQUAL(0, jacobi.saturations);
+}
+
+/* Columns of sizes over one and a half decades; every fifth matrix gives its first column twice. */
+static void draw(int round, uint32_t n, uint32_t k) {
+    memset(column, 0, sizeof(column));
+    for (uint32_t c = 0; c < k; ++c) {
+        const double size = (round % 3 == 0) ? 1.0 : pow(10.0, 0.75 * (random_one() - 1.0));
+        for (uint32_t i = 0; i < n; ++i) {
+            column[c][i] = num_of(size * random_one());
+        }
+    }
+    if ((round % 5 == 0) && (k > 1u)) {
+        memcpy(column[k - 1u], column[0], sizeof(column[0]));
+    }
+}
+
+static void draw_torque(uint32_t n, num_t tau[]) {
+    for (uint32_t i = 0; i < n; ++i) {
+        tau[i] = num_of(10.0 * random_one());
+    }
+}
+
+static double largest_difference(const num_t a[], const num_t b[]) {
+    double worst = 0.0;
+    for (uint32_t i = 0; i < N; ++i) {
+        worst = fmax(worst, fabs(value_of(a[i]) - value_of(b[i])));
+    }
+    return worst;
+}
+
+/* docs/decisions/channels.md rests on these two figures: 10 Nm a joint, of which 4e-5 of |tau| is left to differ. */
+static void test_the_hard_projector_is_that_of_golub_and_kahan(void) {
+    subspace_t other;
+    double worst = 0.0;
+    random_start(51);
+    for (int round = 0; round < DRAWS(30000); ++round) {
+        num_t tau[ROBOT_MAX_JOINTS] = {0}, own[ROBOT_MAX_JOINTS], others[ROBOT_MAX_JOINTS];
+        const uint32_t k = 1u + (uint32_t)round % K;
+        draw(round, N, k);
+        draw_torque(N, tau);
+        subspace_init(&other);
+        subspace_step(&other, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+        subspace_reject(&other, tau, others);
+        jacobi_hard(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+        jacobi_reject(&jacobi, tau, own);
+        TEST_ASSERT_TRUE(jacobi.converged);
+        if (fabs(value_of(other.smallest) - 0.005) > 1e-5) { /* else either rank is right */
+            TEST_ASSERT_EQUAL(other.rank, jacobi.rank);
+            worst = fmax(worst, largest_difference(own, others));
+        }
+    }
+    printf("hard: largest difference %.2g Nm\n", worst);
+    TEST_ASSERT_TRUE(worst < 4e-4);
+}
+
+static void test_the_soft_projector_is_that_of_the_reflections(void) {
+    soft_t other;
+    double worst = 0.0;
+    random_start(52);
+    for (int round = 0; round < DRAWS(30000); ++round) {
+        num_t tau[ROBOT_MAX_JOINTS] = {0}, own[ROBOT_MAX_JOINTS], others[ROBOT_MAX_JOINTS];
+        const uint32_t k = 1u + (uint32_t)round % K;
+        draw(round, N, k);
+        draw_torque(N, tau);
+        soft_init(&other);
+        soft_step(&other, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
+        soft_reject(&other, tau, others, 0u, others);
+        jacobi_soft(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
+        jacobi_reject(&jacobi, tau, own);
+        TEST_ASSERT_TRUE(jacobi.converged);
+        worst = fmax(worst, largest_difference(own, others));
+    }
+    printf("soft: largest difference %.2g Nm\n", worst);
+    TEST_ASSERT_TRUE(worst < 4e-4);
+}
+
+static void test_the_singular_values_are_those_of_a_known_matrix_in_order(void) {
+    /* Three orthogonal columns of length 0.3, 0.9 and 0.5, turned among themselves. */
+    const double sigma[3] = {0.3, 0.9, 0.5};
+    const double turn[3][3] = {
+        {2.0 / 3, -1.0 / 3, 2.0 / 3}, {2.0 / 3, 2.0 / 3, -1.0 / 3}, {-1.0 / 3, 2.0 / 3, 2.0 / 3}};
+    for (uint32_t c = 0; c < 3u; ++c) {
+        for (uint32_t i = 0; i < 3u; ++i) {
+            column[c][2u * i] = num_of(sigma[i] * turn[i][c]);
+        }
+    }
+    jacobi_hard(&jacobi, N, 3, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.4));
+    TEST_ASSERT_EQUAL(2, jacobi.rank);
+    ASSERT_CLOSE(0.9, value_of(jacobi.singular[0]), 2e-6);
+    ASSERT_CLOSE(0.5, value_of(jacobi.singular[1]), 2e-6);
+    ASSERT_CLOSE(0.3, value_of(jacobi.smallest), 2e-6);
+}
+
+static void test_a_direction_just_above_the_tolerance_is_explained_and_one_just_below_is_not(void) {
+    column[0][1] = NUM(1);
+    column[1][3] = NUM(0.00501);
+    column[2][5] = NUM(0.00499);
+    jacobi_hard(&jacobi, N, 3, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+    TEST_ASSERT_EQUAL(2, jacobi.rank);
+    num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(1), NUM(1), NUM(1), NUM(1), NUM(1)};
+    jacobi_reject(&jacobi, tau, tau);
+    ASSERT_CLOSE(0.0, value_of(tau[3]), 1e-4);
+    ASSERT_CLOSE(1.0, value_of(tau[5]), 1e-6);
+}
+
+static void test_more_columns_than_joints_explain_everything(void) {
+    random_start(53);
+    for (uint32_t n = 1; n < K; ++n) {
+        num_t tau[ROBOT_MAX_JOINTS] = {0}, zero[ROBOT_MAX_JOINTS] = {0};
+        draw(1, n, K);
+        draw_torque(n, tau);
+        jacobi_hard(&jacobi, n, K, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.0005));
+        TEST_ASSERT_EQUAL(n, jacobi.directions);
+        TEST_ASSERT_EQUAL(n, jacobi.rank);
+        TEST_ASSERT_TRUE(jacobi.smallest > NUM(0.0005));
+        jacobi_reject(&jacobi, tau, tau);
+        ASSERT_CLOSE(0.0, largest_difference(tau, zero), 1e-3);
+    }
+}
+
+static void test_zero_and_vanishing_columns_explain_nothing(void) {
+    random_start(54);
+    for (int decade = -40; decade <= -5; ++decade) {
+        num_t tau[ROBOT_MAX_JOINTS] = {0}, before[ROBOT_MAX_JOINTS];
+        for (uint32_t c = 0; c < K; ++c) {
+            for (uint32_t i = 0; i < N; ++i) {
+                column[c][i] = (decade == -40) ? NUM(0) : num_of(random_one() * pow(10.0, decade));
+            }
+        }
+        draw_torque(N, tau);
+        memcpy(before, tau, sizeof(before));
+        jacobi_hard(&jacobi, N, K, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+        TEST_ASSERT_TRUE(jacobi.converged);
+        TEST_ASSERT_EQUAL(0, jacobi.rank);
+        jacobi_reject(&jacobi, tau, tau);
+        TEST_ASSERT_EQUAL_MEMORY(before, tau, sizeof(tau));
+    }
+    jacobi_hard(&jacobi, N, 0, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+    TEST_ASSERT_TRUE(jacobi.converged);
+    TEST_ASSERT_TRUE(jacobi.smallest == NUM(0));
+}
+
+#ifndef TAUPERP_FIXED
+static void test_what_is_not_a_number_explains_nothing(void) {
+    const num_t bad[] = {NAN, INFINITY, -INFINITY};
+    random_start(55);
+    for (uint32_t place = 0; place < (K * N); ++place) {
+        num_t tau[ROBOT_MAX_JOINTS] = {0}, rest[ROBOT_MAX_JOINTS];
+        draw(1, N, K);
+        draw_torque(N, tau);
+        column[place / N][place % N] = bad[place % 3u];
+        jacobi_hard(&jacobi, N, K, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+        TEST_ASSERT_FALSE(jacobi.converged);
+        TEST_ASSERT_EQUAL(0, jacobi.rank);
+        jacobi_reject(&jacobi, tau, rest);
+        TEST_ASSERT_EQUAL_MEMORY(tau, rest, sizeof(tau));
+    }
+}
+#endif
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_the_hard_projector_is_that_of_golub_and_kahan);
+    RUN_TEST(test_the_soft_projector_is_that_of_the_reflections);
+    RUN_TEST(test_the_singular_values_are_those_of_a_known_matrix_in_order);
+    RUN_TEST(test_a_direction_just_above_the_tolerance_is_explained_and_one_just_below_is_not);
+    RUN_TEST(test_more_columns_than_joints_explain_everything);
+    RUN_TEST(test_zero_and_vanishing_columns_explain_nothing);
+#ifndef TAUPERP_FIXED
+    RUN_TEST(test_what_is_not_a_number_explains_nothing);
+#endif
+    return UNITY_END();
+}
