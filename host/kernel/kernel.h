@@ -6,7 +6,7 @@
  * threads and in any order.
  *
  * Structs have doubles first, then 64-bit, then 32-bit integers, so that no compiler adds padding. The host's
- * tauperp/campaign/kernel.py holds the same layouts as numpy types and compares the sizes when it loads the library.
+ * tauperp/kernel/layout.py holds the same layouts as numpy types and compares the sizes when it loads the library.
  * Units: m, kg, s, rad, N, Nm. Joints and links count from 0 here. Vectors are in the base frame unless stated.
  */
 #ifndef TAUPERP_KERNEL_H

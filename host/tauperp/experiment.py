@@ -13,16 +13,16 @@ from can.interfaces.virtual import VirtualBus
 from tauperp.bus import DEFAULT_CHANNEL
 from tauperp.errors import InputError
 from tauperp.firmware import Guard
+from tauperp.judge.judge import judge
 from tauperp.robot import Robot
 from tauperp.run.fitting import fitted
-from tauperp.run.judge import judge
-from tauperp.scenario import Scenario, load_scenario, shipped
-from tauperp.sim.guard_node import GuardNode, RemoteGuard
-from tauperp.sim.lockstep import Lockstep, Progress
+from tauperp.run.guard_node import GuardNode, RemoteGuard
+from tauperp.run.lockstep import Lockstep, Progress
+from tauperp.run.pace import Pace, Patience, Patient, RealTime
+from tauperp.run.scenario import Scenario, load_scenario, shipped
+from tauperp.run.trace import Trace
+from tauperp.run.virtual import LockstepBus
 from tauperp.sim.moment import Watch
-from tauperp.sim.pace import Pace, Patience, Patient, RealTime
-from tauperp.sim.trace import Trace
-from tauperp.sim.virtual import LockstepBus
 
 EXPERIMENTS = ("payload", "contact")
 FREE_INDEX_LIMIT_NM = 0.5  # an experiment's verdict: no more than this without a collision

@@ -9,7 +9,7 @@ import can
 from tauperp.bus import DEFAULT_INTERFACE, add_bus_arguments, open_bus, refuse_bit_rates
 from tauperp.errors import InputError
 from tauperp.experiment import Setup
-from tauperp.sim.pace import Patience
+from tauperp.run.pace import Patience
 
 GUARD_HELP = """On a named bus, the guard is the node that answers (exit code 2 if none does). Without a bus, or on
 python-can's virtual bus, it is the firmware's library in this process."""

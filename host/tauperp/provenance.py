@@ -1,12 +1,40 @@
 """What a result was made with: the hashes that every report carries, so that it can be made again."""
 
 import importlib.metadata
+from dataclasses import dataclass
 
-from tauperp.config import Configuration
+from tauperp.config import NUMERICS, Configuration
 from tauperp.firmware import Library
-from tauperp.sim.telling import GuardIdentity
 
 UNTOLD = "untold"
+
+
+@dataclass(frozen=True)
+class GuardIdentity:
+    """Whose guard it is, in its own words; None for what it has not told."""
+
+    firmware_version: str | None  # major.minor
+    build_id: str | None  # four hex digits
+    wire_version: int | None
+    config_schema: int | None
+    config_crc: str | None  # eight hex digits
+    joints: int | None
+    numeric: str | None
+
+    def differences(self, configuration: Configuration) -> list[str]:
+        """A line for each way in which it is not the guard that the configuration would make."""
+        lines = []
+        if self.joints is not None and self.joints != configuration.robot.n:
+            lines.append(f"it guards {self.joints} joints, {configuration.robot.name} has {configuration.robot.n}")
+        if self.wire_version is not None and self.wire_version != configuration.wire.version:
+            lines.append(f"it speaks version {self.wire_version} of the wire, not {configuration.wire.version}")
+        numerics = [numeric for numeric in NUMERICS if self.numeric in (None, numeric)]
+        expected = [f"{configuration.crc(numeric):08x}" for numeric in numerics]
+        if self.config_crc is None:
+            lines.append("it has not told its configuration")
+        elif self.config_crc not in expected:
+            lines.append(f"its configuration is {self.config_crc}, the scenario's {' or '.join(expected)}")
+        return lines
 
 
 def provenance(library: Library, configuration: Configuration) -> dict[str, str]:

@@ -19,7 +19,7 @@ from bus_robot import INDEX, STATUS, STOP_COMMAND
 
 from tauperp.experiment import EXPERIMENTS, run_scenario
 from tauperp.files import dbc_path, write_atomically
-from tauperp.scenario import Scenario, load_scenario, shipped
+from tauperp.run.scenario import Scenario, load_scenario, shipped
 
 OF_GUARD = (STOP_COMMAND, STATUS, INDEX)
 SLICE_CYCLES = 400

@@ -16,7 +16,7 @@ from bus_kit import Start
 from bus_robot import open_channel
 
 from tauperp.experiment import run_scenario
-from tauperp.scenario import Scenario, load_scenario, shipped
+from tauperp.run.scenario import Scenario, load_scenario, shipped
 
 COMMAND = [sys.executable, "-m", "tauperp.cli", "run"]
 BUS = ["--interface", "socketcan", "--channel", "vcan0"]

@@ -10,15 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauperp.campaign import draw, layout
-from tauperp.campaign.detectors import Detector
+from tauperp.campaign import draw
 from tauperp.campaign.execute import Campaign
-from tauperp.campaign.kernel import Bench
 from tauperp.campaign.plan import read_plan
 from tauperp.campaign.store import Store
 from tauperp.campaign.work import shards, thresholds_of
 from tauperp.cli import main
 from tauperp.config import load_configuration
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Bench
+from tauperp.kernel.detectors import Detector
 from tauperp.sim.dynamics import Dynamics
 from tauperp.sim.posture import home
 

@@ -15,6 +15,7 @@ from tauperp.config import NUMERICS, Numeric, load_configuration
 from tauperp.config.block import MAX_GAP, block_dtype, observer_constants, pack
 from tauperp.errors import InputError
 from tauperp.firmware import load_library
+from tauperp.robot.table import make_table
 from tauperp.wire import Wire
 
 
@@ -123,7 +124,7 @@ def test_observer_constants_are_the_exact_discretisation(gap: int) -> None:
 
 
 def test_the_robots_table_is_in_the_block(block: bytes) -> None:
-    found, table = fields(block)["robot"], robot.load("ku_dex").table()
+    found, table = fields(block)["robot"], make_table(robot.load("ku_dex"))
     assert found["name"].decode() == "ku_dex"
     assert found["joint_count"] == 7
     np.testing.assert_array_equal(found["base"], np.float32(table.base))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tauperp.experiment import EXPERIMENTS, run_scenario
-from tauperp.scenario import Scenario, load_scenario, shipped
+from tauperp.run.scenario import Scenario, load_scenario, shipped
 
 COMMAND = [sys.executable, "-m", "tauperp.cli"]
 PNG = b"\x89PNG\r\n"

@@ -13,9 +13,9 @@ from robot_makers import random_robot, urdf_of
 
 from tauperp.config import load_configuration
 from tauperp.errors import InputError
-from tauperp.replay import read_recording
+from tauperp.recording import read_recording
+from tauperp.recording.mapping import column_map
 from tauperp.replay.buslog import BusLog
-from tauperp.replay.mapping import column_map
 from tauperp.robot import load
 from tauperp.robot.check import check
 

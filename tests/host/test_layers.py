@@ -1,7 +1,9 @@
-"""The layers of the firmware: who may include whom, and that the lower ones stand alone."""
+"""The layers of firmware and host: who may use whom, and that the firmware's lower ones stand alone."""
 
+import ast
 import re
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,26 @@ LAYERS = {  # room: the rooms whose headers it may include besides its own
     "examples": ("api", "robot_side", "wire"),
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
+
+HOST = repository_root() / "host" / "tauperp"
+HOST_LAYERS = (  # a package or module may import those of earlier rows; those of one row do not know each other
+    {"__init__", "errors"},
+    {"files", "toml", "words", "intervals", "page", "wire_values"},
+    {"robot", "wire"},
+    {"bus", "robot_side"},
+    {"busload"},
+    {"config"},
+    {"firmware", "image"},
+    {"provenance", "sim"},
+    {"run", "kernel"},
+    {"judge", "recording", "replay", "sensitivity"},
+    {"experiment", "calibrate"},
+    {"campaign", "monitor", "playing"},
+    {"view"},
+    {"cli"},
+    {"commands"},
+)
+NARROW = {"sim": {"robot"}, "robot": {"errors", "toml"}}  # these may use no more than that
 
 
 def climbing(firmware: Path) -> list[str]:
@@ -54,6 +76,54 @@ def test_an_include_that_climbs_is_found(tmp_path: Path) -> None:
         (tmp_path / place).parent.mkdir(exist_ok=True)
         (tmp_path / place).write_text(text)
     assert climbing(tmp_path) == ["core/motion.c -> guard"]
+
+
+def imported(source: Path) -> Iterator[str]:
+    """The packages and modules of the host that a file imports, at its top or inside a function."""
+    for node in ast.walk(ast.parse(source.read_text())):
+        modules = []
+        if isinstance(node, ast.ImportFrom):
+            whole = node.module == "tauperp"
+            modules = [f"tauperp.{one.name}" for one in node.names] if whole else [node.module or ""]
+        elif isinstance(node, ast.Import):
+            modules = [one.name for one in node.names]
+        yield from (module.split(".")[1] for module in modules if module.startswith("tauperp."))
+
+
+def climbing_imports(host: Path) -> list[str]:
+    """Every import that does not go down the rows, as "file -> package".
+
+    A name that stands in no row is a value of the package itself, such as `__version__`.
+    """
+    row = {name: at for at, names in enumerate(HOST_LAYERS) for name in names}
+    found = []
+    for source in sorted(host.rglob("*.py")):
+        place = source.relative_to(host)
+        own = place.parts[0].removesuffix(".py")
+        for name in set(imported(source)) - {own}:
+            if row.get(name, 0) >= row[own] or name not in NARROW.get(own, {name}):
+                found.append(f"{place} -> {name}")
+    return found
+
+
+@pytest.mark.gate
+def test_no_import_of_the_host_climbs() -> None:
+    assert climbing_imports(HOST) == []
+
+
+def test_an_import_that_climbs_is_found(tmp_path: Path) -> None:
+    for place, text in (
+        ("sim/arm.py", "from tauperp.robot import Robot\n\n\ndef late():\n    from tauperp.config import Settings\n"),
+        ("robot/model.py", "from tauperp import sim\n"),
+        ("run/node.py", "import tauperp.kernel.bench\nfrom tauperp.sim.arm import Arm\n"),
+    ):
+        (tmp_path / place).parent.mkdir(exist_ok=True)
+        (tmp_path / place).write_text(text)
+    assert climbing_imports(tmp_path) == [
+        "robot/model.py -> sim",
+        "run/node.py -> kernel",
+        "sim/arm.py -> config",
+    ]
 
 
 @pytest.mark.gate

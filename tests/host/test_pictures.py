@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from tauperp.experiment import Outcome, run_scenario
-from tauperp.scenario import load_scenario
+from tauperp.run.scenario import load_scenario
 from tauperp.view.experiment_figure import timeline_of
 from tauperp.view.replay_figure import frozen
 from tauperp.view.run_page import run_page

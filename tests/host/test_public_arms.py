@@ -14,9 +14,9 @@ from tauperp.config import load_configuration
 from tauperp.errors import InputError
 from tauperp.experiment import EXPERIMENTS, load_experiment, run_experiment, run_scenario
 from tauperp.robot import Robot, load
-from tauperp.scenario import load_scenario
+from tauperp.run.reach import within_wire
+from tauperp.run.scenario import load_scenario
 from tauperp.sim.arm import Arm
-from tauperp.sim.reach import within_wire
 from tauperp.sim.rotor import with_rotors
 from tauperp.sim.stability import Stability
 

@@ -12,9 +12,8 @@ from tauperp import cli
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.firmware import Core, Reason
-from tauperp.recording import Playback, Score, play, score
+from tauperp.recording import Playback, Recording, Score, play, read_csv, score
 from tauperp.recording.score import is_good
-from tauperp.replay import Recording, read_csv
 from tauperp.sim.moment import Moment
 from tauperp.view.replay_figure import replay_figure
 

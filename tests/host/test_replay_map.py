@@ -12,8 +12,8 @@ import pytest
 from tauperp.cli import main
 from tauperp.errors import InputError
 from tauperp.firmware import Core
-from tauperp.replay import Recording, read_csv, read_recording
-from tauperp.replay.mapping import column_map
+from tauperp.recording import Recording, read_csv, read_recording
+from tauperp.recording.mapping import column_map
 
 N = 7
 ROWS = 300
@@ -344,7 +344,7 @@ def test_a_package_that_is_not_installed_is_one_line_that_names_the_extra(
 def test_a_recording_that_would_not_fit_is_refused(
     tmp_path: Path, table: Table, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tauperp.replay.tables.MAX_ROWS", 200)
+    monkeypatch.setattr("tauperp.recording.tables.MAX_ROWS", 200)
     with pytest.raises(InputError, match="more than 200 rows; cut it"):
         read_recording(write_csv(tmp_path / "x.csv", table), N)
 

@@ -13,9 +13,8 @@ from tauperp import cli
 from tauperp.config import load_configuration
 from tauperp.errors import InputError
 from tauperp.files import repository_root
-from tauperp.recording import Playback, play, score
+from tauperp.recording import Playback, play, read_csv, score
 from tauperp.recording.score import is_good
-from tauperp.replay import read_csv
 
 FOLDER = Path(os.environ.get("TAUPERP_PANDA_TOUCHES", repository_root().parent / "shared" / "data" / "panda_touches"))
 DERIVED_FROM = ("a4", "c2", "d3")

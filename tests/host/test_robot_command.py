@@ -16,6 +16,7 @@ from tauperp.robot import check as check_module
 from tauperp.robot import load, shipped
 from tauperp.robot.descriptor import descriptor_text, read_descriptor
 from tauperp.robot.emit import c_source, identifier
+from tauperp.robot.table import make_table
 
 ROOT = repository_root()
 
@@ -94,7 +95,7 @@ def test_the_c_source_compiles_without_a_warning_to_the_numbers(tmp_path: Path, 
     command = [compiler, "-std=c11", *warnings, f"-I{ROOT / 'firmware' / 'core'}", "-o", str(tmp_path / "main")]
     subprocess.run([*command, str(tmp_path / "table.c"), str(tmp_path / "main.c")], check=True)
     lines = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True).stdout.split()
-    expected = [getattr(joint, field) for joint in robot.table().joint for field in fields]
+    expected = [getattr(joint, field) for joint in make_table(robot).joint for field in fields]
     assert [float(line) for line in lines] == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 

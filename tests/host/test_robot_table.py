@@ -1,4 +1,4 @@
-"""Robot.table(): the same dynamics as Pinocchio for any chain, in frames that stay where the robot is."""
+"""make_table(): the same dynamics as Pinocchio for any chain, in frames that stay where the robot is."""
 
 from dataclasses import fields, replace
 
@@ -9,7 +9,7 @@ from robot_makers import random_joint, random_robot, random_rotation, robot_of
 from tauperp.robot import Robot, RobotTable, load, shipped
 from tauperp.robot.check import QUANTITIES, check
 from tauperp.robot.spatial import Body, Pose, merged, rotation_about, rotation_rpy, rotation_x
-from tauperp.robot.table import TableJoint
+from tauperp.robot.table import TableJoint, make_table
 
 SIZES = range(1, 9)
 
@@ -37,7 +37,7 @@ def test_right_angles_and_parallel_axes_are_exact_in_the_table(seed: int) -> Non
         joints.append(random_joint(random, f"joint{i}", turns[0] @ turns[1], random.choice(units)))
     robot = robot_of(joints, random)
     assert_exact(robot)
-    for joint in robot.table().joint:
+    for joint in make_table(robot).joint:
         assert {abs(joint.cos_twist), abs(joint.sin_twist)} == {0.0, 1.0}
         assert joint.sin_twist >= 0.0
         assert joint.zero_rad / (np.pi / 2) == pytest.approx(round(joint.zero_rad / (np.pi / 2)))
@@ -54,13 +54,13 @@ def test_nearly_parallel_axes_keep_their_frames_at_the_robot(tilt: float, base: 
     ]
     robot = robot_of(joints, random)
     assert_exact(robot)
-    for joint, row in zip(robot.joints[1:], robot.table().joint[1:], strict=True):
+    for joint, row in zip(robot.joints[1:], make_table(robot).joint[1:], strict=True):
         assert np.linalg.norm(row.offset) == pytest.approx(np.linalg.norm(joint.origin_position), abs=1e-9)
 
 
 @pytest.mark.parametrize("n", SIZES)
 def test_a_zero_is_within_a_quarter_turn_and_the_first_joint_leaves_all_to_the_base(n: int) -> None:
-    table = random_robot(7 + n, n).table()
+    table = make_table(random_robot(7 + n, n))
     first = table.joint[0]
     assert (first.cos_twist, first.sin_twist, first.zero_rad) == (1.0, 0.0, 0.0)
     assert not first.offset.any()
@@ -73,23 +73,23 @@ def test_parallel_axes_have_no_zero() -> None:
     random = np.random.default_rng(11)
     z = np.array([0.0, 0.0, 1.0])
     joints = [random_joint(random, f"joint{i}", rotation_about(z, i * 0.7), z) for i in range(4)]
-    assert [joint.zero_rad for joint in robot_of(joints, random).table().joint] == [0.0] * 4
+    assert [joint.zero_rad for joint in make_table(robot_of(joints, random)).joint] == [0.0] * 4
 
 
 def test_limits_and_gravity_pass_through_and_rotor_inertia_stays_out() -> None:
     robot = random_robot(5, 3)
-    table = robot.table()
+    table = make_table(robot)
     assert table.gravity == pytest.approx(robot.gravity)
     for joint, row in zip(robot.joints, table.joint, strict=True):
         assert (row.position_min_rad, row.position_max_rad) == (joint.position_min, joint.position_max)
         assert (row.velocity_max_rad_s, row.torque_max_nm) == (joint.velocity_max, joint.torque_max)
     heavy = replace(robot, joints=tuple(replace(joint, rotor_inertia=2.0) for joint in robot.joints))
-    assert numbers(heavy.table()) == numbers(table)
+    assert numbers(make_table(heavy)) == numbers(table)
 
 
 def test_the_check_fails_for_any_number_of_the_table_that_is_wrong() -> None:
     robot = random_robot(21, 4)
-    table = robot.table()
+    table = make_table(robot)
     names = [field.name for field in fields(TableJoint) if not field.name.endswith(("min_rad", "max_rad", "_s", "_nm"))]
     for name in names:
         wrong = replace(table.joint[2], **{name: getattr(table.joint[2], name) + 1e-6})
@@ -126,7 +126,7 @@ def test_moving_inertia_between_links_within_the_rods_changes_nothing() -> None:
             replace(child, mass=given.mass, com=given.com, inertia=given.inertia),
         ),
     )
-    assert numbers(other.table()) == pytest.approx(numbers(robot.table()), abs=1e-12)
+    assert numbers(make_table(other)) == pytest.approx(numbers(make_table(robot)), abs=1e-12)
 
 
 def numbers(table: RobotTable) -> list[float]:

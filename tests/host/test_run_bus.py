@@ -20,11 +20,11 @@ from tauperp.errors import InputError
 from tauperp.experiment import Outcome, Setup, run_scenario
 from tauperp.firmware import Guard, Variant
 from tauperp.playing import add_playing_arguments, setup_of
-from tauperp.scenario import Scenario, load_scenario
-from tauperp.sim.lockstep import COMING_TO_REST_S
+from tauperp.run.lockstep import COMING_TO_REST_S
+from tauperp.run.pace import Patience
+from tauperp.run.scenario import Scenario, load_scenario
+from tauperp.run.trace import Trace
 from tauperp.sim.moment import Moment
-from tauperp.sim.pace import Patience
-from tauperp.sim.trace import Trace
 from tauperp.wire import Wire
 
 COMMAND = [sys.executable, "-m", "tauperp.cli"]

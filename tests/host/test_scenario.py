@@ -10,8 +10,8 @@ from tauperp.errors import InputError
 from tauperp.experiment import run_scenario
 from tauperp.files import repository_root
 from tauperp.run.describe import markdown
+from tauperp.run.scenario import Scenario, load_scenario, shipped
 from tauperp.run.tables import ScenarioTable
-from tauperp.scenario import Scenario, load_scenario, shipped
 from tauperp.toml import tables
 
 GOOD = """

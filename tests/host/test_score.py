@@ -11,12 +11,11 @@ from tauperp import cli
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.firmware import Core, Reason
-from tauperp.recording import Playback, Score, find_offsets, play, score
+from tauperp.recording import Playback, Recording, Score, find_offsets, play, read_recording, score
 from tauperp.recording.offsets import weights
 from tauperp.recording.playback import _Bus
 from tauperp.recording.score import faults
 from tauperp.recording.timeline import timeline
-from tauperp.replay import Recording, read_recording
 from tauperp.sim.dynamics import Dynamics
 from tauperp.wire import Receiver
 

@@ -8,12 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from tauperp.campaign import draw, layout
-from tauperp.campaign.kernel import Bench
+from tauperp.campaign import draw
 from tauperp.campaign.plan import read_plan
 from tauperp.cli import main
 from tauperp.config import TASKS, TaskName, load_configuration
 from tauperp.intervals import wilson
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Bench
 from tauperp.sensitivity.analysis import Levers, analyse, directions
 from tauperp.sensitivity.response import Prober, smallest_pulse, smallest_static
 from tauperp.sim.dynamics import Dynamics

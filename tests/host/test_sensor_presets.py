@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tauperp.campaign import layout
 from tauperp.campaign.draw import draw_sensors
+from tauperp.kernel import layout
 from tauperp.sim.arm import JointSample
 from tauperp.sim.sensors import SENSOR_PRESETS, SensorModel, Sensors
 

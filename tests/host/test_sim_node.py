@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from tauperp.robot import load
+from tauperp.run.node import RobotNode
+from tauperp.run.virtual import LockstepBus
 from tauperp.sim.arm import Arm
 from tauperp.sim.dynamics import Dynamics
 from tauperp.sim.motion import Mode, Motion, Move
-from tauperp.sim.node import RobotNode
 from tauperp.sim.posture import home
 from tauperp.sim.sensors import SensorFault, SensorModel, Sensors
 from tauperp.sim.trajectory import Planner
-from tauperp.sim.virtual import LockstepBus
 from tauperp.wire import E2EStatus, Received, Receiver, Sender, Wire
 
 PERIOD_S = 2e-3

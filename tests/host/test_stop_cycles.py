@@ -12,9 +12,9 @@ from reference import Reference
 from tauperp.config import NUMERICS, Numeric
 from tauperp.experiment import load_experiment, run_scenario
 from tauperp.firmware import Guard, Reason
+from tauperp.judge.judge import DETECTIONS
 from tauperp.robot import Joint
-from tauperp.run.judge import DETECTIONS
-from tauperp.scenario import Scenario
+from tauperp.run.scenario import Scenario
 from tauperp.wire import Receiver
 
 STOP_COMMAND, OF_GUARD = 0x010, (0x010, 0x200, 0x201)

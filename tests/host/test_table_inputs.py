@@ -8,8 +8,8 @@ import pytest
 
 from tauperp import cli
 from tauperp.errors import InputError
-from tauperp.replay import Recording, read_recording
-from tauperp.replay.stamps import check_rate
+from tauperp.recording import Recording, read_recording
+from tauperp.recording.stamps import check_rate
 from tauperp.toml import read_toml
 
 N = 2

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tauperp.experiment import run_scenario
-from tauperp.scenario import Scenario, load_scenario
+from tauperp.run.scenario import Scenario, load_scenario
 
 HEAD = """
 robot = "ku_dex"

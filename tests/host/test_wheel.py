@@ -130,7 +130,7 @@ def test_the_installed_core_computes_in_both_number_types(
 def test_a_missing_kernel_is_explained_to_someone_without_a_checkout(
     installed: Path, dependencies: dict[str, str], tmp_path: Path
 ) -> None:
-    program = "from tauperp.campaign.kernel import load_kernel; load_kernel()"
+    program = "from tauperp.kernel.bench import load_kernel; load_kernel()"
     clean = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "TAUPERP"))}
     command = [installed / "python", "-c", program]
     done = subprocess.run(command, cwd=tmp_path, env=clean | dependencies, capture_output=True, text=True, check=False)

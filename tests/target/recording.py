@@ -17,12 +17,13 @@ from tauperp.config import TASKS, Configuration, Numeric, load_configuration
 from tauperp.experiment import load_experiment
 from tauperp.files import build_dir, dbc_path, write_atomically
 from tauperp.firmware import Core, Guard, Reason, State, Verdict
+from tauperp.judge.judge import DETECTIONS
 from tauperp.robot import Robot
 from tauperp.robot import shipped as robots
-from tauperp.run.judge import DETECTIONS
-from tauperp.scenario import shipped
-from tauperp.sim.lockstep import Lockstep
-from tauperp.sim.virtual import LockstepBus
+from tauperp.robot.table import make_table
+from tauperp.run.lockstep import Lockstep
+from tauperp.run.scenario import shipped
+from tauperp.run.virtual import LockstepBus
 from tauperp.wire import Sender
 
 _START, _AT, _FRAME, TICK, _TICK_TIME, _TRIP, _END = range(1, 8)
@@ -238,7 +239,7 @@ class RandomTicks:
         self._high = np.array([joint.position_max for joint in robot.joints])
         self._speed = np.array([joint.velocity_max for joint in robot.joints])
         self._effort = np.minimum([joint.torque_max for joint in robot.joints], 320.0)
-        self._zero = np.array([float(joint.zero_rad) for joint in robot.table().joint[: robot.n]])
+        self._zero = np.array([float(joint.zero_rad) for joint in make_table(robot).joint[: robot.n]])
 
     def episode(self, most: int) -> None:
         """From guard_init on, some 40 to 900 ticks: a first permission takes some 200."""

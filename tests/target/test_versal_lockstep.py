@@ -15,8 +15,8 @@ from emulator import Emulator, versal_image
 from tauperp.bus import open_bus
 from tauperp.config import Numeric
 from tauperp.firmware import Guard, Reason, Start, State, Verdict
-from tauperp.scenario import Scenario, load_scenario, shipped
-from tauperp.sim.lockstep import Lockstep
+from tauperp.run.lockstep import Lockstep
+from tauperp.run.scenario import Scenario, load_scenario, shipped
 from tauperp.wire import Sender, Wire
 
 pytestmark = pytest.mark.needs("qemu", "arm")

@@ -14,11 +14,11 @@ from tauperp.calibrate.correction import Correction, apparent_payload, fit_corre
 from tauperp.calibrate.coverage import coverage
 from tauperp.calibrate.joints import check_joints
 from tauperp.calibrate.sources import Motion
-from tauperp.campaign.kernel import Bench, cycles_of
 from tauperp.config import LOAD_LIMIT, TASKS, Configuration, Numeric, TaskName
 from tauperp.config.configuration import SETTLING, THRESHOLD_SHARE
 from tauperp.errors import InputError
 from tauperp.intervals import poisson
+from tauperp.kernel.bench import Bench, cycles_of
 from tauperp.recording.offsets import refuse_payload
 
 FloatArray = npt.NDArray[np.float64]

@@ -5,11 +5,11 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from tauperp import page
 from tauperp.calibrate import tail
 from tauperp.calibrate.calibration import Calibration
 from tauperp.firmware import load_library
 from tauperp.provenance import provenance, provenance_line
-from tauperp.view import page
 
 
 def _list(values: Any) -> str:

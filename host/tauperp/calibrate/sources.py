@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tauperp.errors import InputError
+from tauperp.recording.tables import read_recording
 from tauperp.replay.buslog import BusLog
-from tauperp.replay.tables import read_recording
 from tauperp.wire import Receiver, Wire
 
 FloatArray = npt.NDArray[np.float64]

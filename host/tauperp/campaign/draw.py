@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.campaign import layout
-from tauperp.campaign.kernel import Rows
 from tauperp.campaign.plan import Plan
 from tauperp.config import TASKS, TaskName
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Rows
 from tauperp.robot import Robot
 from tauperp.sim.contact import BODY_PARTS
 from tauperp.sim.dynamics import Dynamics

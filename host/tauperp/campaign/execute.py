@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from tauperp.campaign import layout
-from tauperp.campaign.kernel import Rows, StopFlag
 from tauperp.campaign.plan import Plan
 from tauperp.campaign.store import Store
 from tauperp.campaign.work import Shard, Thresholds, Worker, calibrated, compute_remotely, shards
 from tauperp.errors import InputError
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Rows, StopFlag
 
 SLICE_RUNS = 20  # between two looks at Ctrl-C
 CONNECT_S = 10

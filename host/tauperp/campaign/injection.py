@@ -13,14 +13,14 @@ import numpy.typing as npt
 
 from tauperp.calibrate.calibration import WARM_UP_S, at_rate_of, calibrate
 from tauperp.calibrate.sources import Motion, read_motion
-from tauperp.campaign import layout
 from tauperp.campaign.draw import surface_point, unit
-from tauperp.campaign.kernel import Bench, Rows, cycles_of
 from tauperp.campaign.plan import Plan
 from tauperp.campaign.store import BY_JOINT
 from tauperp.campaign.work import SMALLEST_THRESHOLD_NM, Comparison, comparison
 from tauperp.config import TASKS, Configuration, TaskName
 from tauperp.errors import InputError
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Bench, Rows, cycles_of
 
 FloatArray = npt.NDArray[np.float64]
 

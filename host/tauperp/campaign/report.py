@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.campaign import layout
+from tauperp import page
 from tauperp.campaign.execute import Effort
 from tauperp.campaign.injection import Injected, as_hits
-from tauperp.campaign.kernel import Rows
 from tauperp.campaign.plan import Plan
 from tauperp.campaign.store import BY_JOINT, Store, row_type
 from tauperp.campaign.summary import found_in_time, guard_delay, judged, summarise
@@ -20,8 +19,9 @@ from tauperp.campaign.work import Comparison, Thresholds, comparison, shards
 from tauperp.config import TaskName
 from tauperp.files import write_atomically
 from tauperp.firmware import load_library
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Rows
 from tauperp.provenance import provenance, provenance_line
-from tauperp.view import page
 
 
 def write_report(plan: Plan, store: Store, thresholds: Thresholds, effort: Effort) -> dict[str, Any]:
@@ -62,7 +62,7 @@ class Outcome:
 
 
 def _write(plan: Plan, folder: Path, outcomes: Sequence[Outcome], effort: Effort) -> dict[str, Any]:
-    from tauperp.view.campaign_figure import campaign_figure
+    from tauperp.campaign.figure import campaign_figure
 
     summaries: list[dict[str, Any]] = []
     delays: dict[str, list[npt.NDArray[np.float64]]] = {}

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from tauperp.campaign import layout
-from tauperp.campaign.kernel import Rows
 from tauperp.campaign.plan import Plan
 from tauperp.campaign.work import Shard, Thresholds
 from tauperp.errors import InputError
 from tauperp.files import write_atomically
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Rows
 
 DIGEST = b"tauperp_plan"
 

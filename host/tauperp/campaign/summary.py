@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.campaign import layout
-from tauperp.campaign.kernel import Rows
 from tauperp.firmware import Reason
 from tauperp.intervals import poisson, quantile, wilson
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Rows
 
 LATE_S = 0.1  # after the end of a push a stop no longer counts as found
 FORCE_EDGES_N = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0, math.inf)

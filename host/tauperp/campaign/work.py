@@ -13,13 +13,14 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.campaign import draw, layout
-from tauperp.campaign.detectors import Detector, band_pass, other_gain
-from tauperp.campaign.kernel import Bench, Rows, StopFlag
+from tauperp.campaign import draw
 from tauperp.campaign.plan import Plan
 from tauperp.config import Configuration, TaskName, load_configuration
 from tauperp.config.configuration import THRESHOLD_SHARE
 from tauperp.errors import InputError
+from tauperp.kernel import layout
+from tauperp.kernel.bench import Bench, Rows, StopFlag
+from tauperp.kernel.detectors import Detector, band_pass, other_gain
 
 SMALLEST_THRESHOLD_NM = 0.05
 LARGEST_THRESHOLD = 0.99  # of what a configuration may have

@@ -8,7 +8,7 @@ from tauperp.experiment import run_scenario
 from tauperp.playing import GUARD_HELP, add_playing_arguments, setup_of
 from tauperp.replay.recorder import bus_recorder
 from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
-from tauperp.scenario import load_scenario, shipped
+from tauperp.run.scenario import load_scenario, shipped
 from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 from tauperp.view.watching import add_watch_arguments, watching

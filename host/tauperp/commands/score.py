@@ -11,13 +11,12 @@ from tauperp.cli import BAD_INPUT
 from tauperp.config import TASKS, Configuration, TaskName, load_configuration, preset_names
 from tauperp.errors import InputError
 from tauperp.files import write_atomically
-from tauperp.recording import play, score
+from tauperp.recording import Recording, play, read_recording, score
 from tauperp.recording.offsets import CHOICES
 from tauperp.recording.report import Scored, lines, report
 from tauperp.recording.score import FOUND_GOAL, TESTED_GOAL
+from tauperp.recording.stamps import check_rate
 from tauperp.recording.timeline import BRIDGE_MS
-from tauperp.replay import Recording, read_recording
-from tauperp.replay.stamps import check_rate
 from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 from tauperp.sim.moment import Watch
 from tauperp.view.watching import add_watch_arguments, watching

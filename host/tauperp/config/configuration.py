@@ -21,6 +21,7 @@ from tauperp.config.block import (
 )
 from tauperp.config.settings import COMPONENTS, TASKS, Channel, Component, Settings, Task
 from tauperp.errors import InputError
+from tauperp.robot.table import make_table
 from tauperp.toml import validate
 from tauperp.wire import Wire
 
@@ -293,7 +294,7 @@ class Configuration:
     def _values(self) -> dict[str, Any]:
         """Field values by the names of guard_config_t."""
         settings, period = self.settings, self.period_us
-        table = self.robot.table()
+        table = make_table(self.robot)
         robot = {name: getattr(table, name) for name in block_dtype("float32")["robot"].names or () if name != "joint"}
         joint_fields = block_dtype("float32")["robot"]["joint"].base.names or ()
         robot["joint"] = [{name: getattr(joint, name) for name in joint_fields} for joint in table.joint]
@@ -363,7 +364,7 @@ class Configuration:
             "fast": sum(1 << COMPONENTS[name] for name in set(task.fast)),
         }
         if task.frame == "tool" or any(task.point_m):
-            tool = self.robot.table().tool
+            tool = make_table(self.robot).tool
             values["frame"] = _FRAMES[task.frame]
             values["axis"] = tool.T if task.frame == "tool" else np.eye(3)
             values["point"] = tool @ np.array(task.point_m)

@@ -122,7 +122,7 @@ class EventFolder:
         event = self._reader.hear(frame)
         if event is None:
             return None
-        from tauperp.view.event_figure import event_figure
+        from tauperp.monitor.event_figure import event_figure
 
         report = event.report(self._reasons)
         path = self.folder / f"trip-{event.trip:03d}.json"

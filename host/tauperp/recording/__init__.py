@@ -1,7 +1,20 @@
-"""Recordings of a real robot through the same firmware: what it would have found, missed and taken for a collision."""
+"""Recordings of a real robot, read from tables and sent through the same firmware."""
 
 from tauperp.recording.offsets import Offsets, find_offsets
 from tauperp.recording.playback import Playback, Trip, play
+from tauperp.recording.recording import Recording
 from tauperp.recording.score import Score, score
+from tauperp.recording.tables import read_csv, read_recording
 
-__all__ = ["Offsets", "Playback", "Score", "Trip", "find_offsets", "play", "score"]
+__all__ = [
+    "Offsets",
+    "Playback",
+    "Recording",
+    "Score",
+    "Trip",
+    "find_offsets",
+    "play",
+    "read_csv",
+    "read_recording",
+    "score",
+]

@@ -1,7 +1,7 @@
 """Why an input stopped the guard: the quantity, its value and the limit that it is beyond."""
 
 from tauperp.firmware import Reason, Verdict
-from tauperp.replay.recording import FloatArray
+from tauperp.recording.recording import FloatArray
 from tauperp.robot import Robot
 
 

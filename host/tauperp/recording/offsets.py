@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
-from tauperp.replay.recording import FloatArray, Recording
-from tauperp.replay.tables import read_recording
+from tauperp.recording.recording import FloatArray, Recording
+from tauperp.recording.tables import read_recording
 from tauperp.robot import Robot
 from tauperp.sim.dynamics import Dynamics
 

@@ -25,9 +25,9 @@ from tauperp.errors import InputError
 from tauperp.firmware import Guard, Reason, State, Verdict
 from tauperp.recording.cause import cause_of
 from tauperp.recording.offsets import Offsets, find_offsets
+from tauperp.recording.recording import FloatArray, Recording
 from tauperp.recording.timeline import BRIDGE_MS, Timeline, timeline
-from tauperp.replay.recording import FloatArray, Recording
-from tauperp.replay.showing import moment_of
+from tauperp.run.moment import moment_of
 from tauperp.sim.moment import Puppet, Watch
 from tauperp.wire import Sender
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from tauperp.firmware import Reason
 from tauperp.recording.playback import Playback, Trip
-from tauperp.replay.recording import FloatArray, Touch
+from tauperp.recording.recording import FloatArray, Touch
 
 FOUND_GOAL = 0.9  # share of the labelled touches
 TESTED_GOAL = 0.5  # share of the untouched time with permission, below which a recording counts as not tested

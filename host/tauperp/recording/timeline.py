@@ -9,7 +9,7 @@ import dataclasses
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.replay.recording import FloatArray, Recording
+from tauperp.recording.recording import FloatArray, Recording
 
 BRIDGE_MS = 20.0  # the longest gap that is bridged by default
 

@@ -15,7 +15,7 @@ from tauperp.replay.buslog import BusLog, channel_name
 from tauperp.replay.compare import Comparison
 from tauperp.replay.origin import Origin, check_configuration, configuration_of, look_ahead
 from tauperp.replay.showing import LogShow
-from tauperp.scenario import load_scenario, shipped
+from tauperp.run.scenario import load_scenario, shipped
 from tauperp.sim.moment import Watch
 from tauperp.wire import Wire
 from tauperp.words import spoken

@@ -4,8 +4,9 @@ import can
 import numpy as np
 
 from tauperp.config import TASKS, Configuration
-from tauperp.firmware import State, Verdict
-from tauperp.sim.moment import Moment, Puppet, Watch
+from tauperp.firmware import Verdict
+from tauperp.run.moment import moment_of
+from tauperp.sim.moment import Puppet, Watch
 from tauperp.wire import Receiver
 
 
@@ -41,10 +42,3 @@ class LogShow:
         self._stage.pose(self._position, time_s)
         threshold = self._threshold.get(verdict.task, self._nothing)
         self._watch(moment_of(self._stage, verdict, threshold))
-
-
-def moment_of(stage: Puppet, verdict: Verdict, threshold_nm: np.ndarray) -> Moment:
-    """The stage as it stands, with what the guard says of it; nothing that touches it is known."""
-    tripped = verdict.joint if verdict.state == State.STOPPED else 0
-    torques = (verdict.residual, verdict.index, threshold_nm)
-    return Moment(stage.data.time, stage.model, stage.data, verdict.permitted, tripped, *torques, contact_n=0.0)

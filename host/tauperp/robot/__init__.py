@@ -2,6 +2,6 @@
 
 from tauperp.robot.load import load, shipped
 from tauperp.robot.model import Capsule, Joint, Robot
-from tauperp.robot.table import RobotTable
+from tauperp.robot.table import RobotTable, make_table
 
-__all__ = ["Capsule", "Joint", "Robot", "RobotTable", "load", "shipped"]
+__all__ = ["Capsule", "Joint", "Robot", "RobotTable", "load", "make_table", "shipped"]

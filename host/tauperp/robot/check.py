@@ -13,7 +13,7 @@ import pinocchio as pin
 from tauperp.errors import InputError
 from tauperp.robot.model import Robot, Source
 from tauperp.robot.spatial import Array
-from tauperp.robot.table import RobotTable
+from tauperp.robot.table import RobotTable, make_table
 from tauperp.robot.walk import Terms, walk
 
 TOLERANCE = 1e-9
@@ -42,7 +42,7 @@ def check(robot: Robot, table: RobotTable | None = None, *, states: int = 100, s
     A difference may be 1e-9 of the largest value of its quantity, and 1e-9 where that is below one. The difference
     of a NaN is infinite.
     """
-    table = robot.table() if table is None else table
+    table = make_table(robot) if table is None else table
     readers = {"Pinocchio": pinocchio_reader(robot)}
     if robot.source is not None:
         make = {"urdf": urdf_reader, "mjcf": mjcf_reader}[robot.source.kind]

@@ -2,15 +2,12 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tauperp.robot.limits import DEFAULT_POSITION_RAD, DEFAULT_TORQUE_NM, DEFAULT_VELOCITY_RAD_S
 from tauperp.robot.spatial import Array
-
-if TYPE_CHECKING:
-    from tauperp.robot.table import RobotTable
 
 GRAVITY_M_S2 = 9.81
 MAX_JOINTS = 8
@@ -83,9 +80,3 @@ class Robot:
         """Length m of the chain of joint origins from the second joint to the tip: no point of it is farther."""
         steps = [joint.origin_position for joint in self.joints[2:]] + [self.tip]
         return float(sum(np.linalg.norm(step) for step in steps))
-
-    def table(self) -> "RobotTable":
-        """The firmware's table of this robot (firmware/core/robot.h)."""
-        from tauperp.robot.table import make_table
-
-        return make_table(self)

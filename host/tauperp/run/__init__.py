@@ -1,1 +1,1 @@
-"""A scenario's run: fitted to the arm, judged, and told."""
+"""A scenario and its session: the robot and the guard as nodes of a bus, the pace of the cycles, the trace."""

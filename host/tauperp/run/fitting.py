@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tauperp.config import TASKS
 from tauperp.errors import InputError
 from tauperp.run.reachable import Reachable, Way
-from tauperp.scenario import Phase, PointTable, Scenario
+from tauperp.run.scenario import Phase, PointTable, Scenario
 from tauperp.sim.arm import DRIVE_SHARE
 from tauperp.sim.contact import Strike
 from tauperp.sim.guiding import GuidingForce

@@ -1,5 +1,7 @@
-"""The tables of a scenario file: every key with its type, bounds, default and meaning. tauperp.scenario reads them, and
-tauperp.run.describe writes docs/scenario.md from them."""
+"""The tables of a scenario file: every key with its type, bounds, default and meaning.
+
+tauperp.run.scenario reads them, and tauperp.run.describe writes docs/scenario.md from them.
+"""
 
 from typing import Annotated, Any, Literal
 

@@ -2,12 +2,12 @@
 
 from typing import Any
 
+from tauperp import page
 from tauperp.config import Configuration
 from tauperp.firmware import load_library
 from tauperp.provenance import provenance, provenance_line
 from tauperp.sensitivity.analysis import BLIND_N, COVERED, DIRECTIONS, PLACES, TaskForces
 from tauperp.sensitivity.regions import REGIONS, SOURCE
-from tauperp.view import page
 
 
 def report(configuration: Configuration, where: str, postures: int, tasks: list[TaskForces]) -> dict[str, Any]:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.campaign.kernel import Bench
 from tauperp.config import TASKS, Configuration, Numeric, TaskName
 from tauperp.errors import InputError
+from tauperp.kernel.bench import Bench
 from tauperp.sim.dynamics import Dynamics
 
 FloatArray = npt.NDArray[np.float64]

@@ -1,1 +1,1 @@
-"""The simulated cell: an arm in MuJoCo, people who touch it, and the robot controller as a node of the CAN bus."""
+"""The physics of a simulated cell: an arm in MuJoCo, its sensors and control, and people who touch it."""

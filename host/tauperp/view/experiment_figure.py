@@ -6,7 +6,7 @@ import numpy as np
 
 from tauperp.config import TASKS
 from tauperp.experiment import Outcome
-from tauperp.sim.trace import Trace
+from tauperp.run.trace import Trace
 from tauperp.view.timeline import ALARM, CONTACT, MUTED, Mark, Span, Timeline, draw
 from tauperp.words import spoken
 

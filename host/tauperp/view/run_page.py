@@ -7,10 +7,10 @@ from typing import Any
 
 from tauperp.errors import InputError
 from tauperp.experiment import Outcome
+from tauperp.page import figure, heading, note, page, table
 from tauperp.provenance import provenance_line
 from tauperp.view.experiment_figure import run_figure
 from tauperp.view.film import Camera
-from tauperp.view.page import figure, heading, note, page, table
 from tauperp.words import spoken
 
 _COLOURS = {"passed": "#2e9e5b", "failed": "#c8352b", "incomplete": "#b07d00"}

@@ -10,9 +10,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from tauperp.experiment import Outcome
+from tauperp.judge.judge import NOT_TESTED
 from tauperp.provenance import provenance_line
-from tauperp.run.judge import NOT_TESTED
-from tauperp.sim.lockstep import Progress as Report
+from tauperp.run.lockstep import Progress as Report
 from tauperp.words import spoken
 
 _CAUSES = {"collision": "a collision", "fault": "a fault", "guard": "the guard was gone", "none": "a false stop"}

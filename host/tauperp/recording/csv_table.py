@@ -18,9 +18,9 @@ from typing import IO, TYPE_CHECKING, cast
 import numpy as np
 
 from tauperp.errors import InputError
-from tauperp.replay.mapping import Column, ColumnMap
-from tauperp.replay.recording import FloatArray
-from tauperp.replay.table_damage import TableDamage
+from tauperp.recording.mapping import Column, ColumnMap
+from tauperp.recording.recording import FloatArray
+from tauperp.recording.table_damage import TableDamage
 
 if TYPE_CHECKING:
     import _csv

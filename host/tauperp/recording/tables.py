@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from tauperp.errors import InputError
-from tauperp.replay.csv_table import BLOCK_ROWS, Skipped, csv_blocks, has_column
-from tauperp.replay.mapping import Column, ColumnMap, column_map
-from tauperp.replay.mcap_table import mcap_blocks
-from tauperp.replay.recording import FloatArray, IntArray, Recording, place_of
-from tauperp.replay.stamps import fitted_time, wrapped
-from tauperp.replay.table_damage import TableDamage, needs_extra
+from tauperp.recording.csv_table import BLOCK_ROWS, Skipped, csv_blocks, has_column
+from tauperp.recording.mapping import Column, ColumnMap, column_map
+from tauperp.recording.mcap_table import mcap_blocks
+from tauperp.recording.recording import FloatArray, IntArray, Recording, place_of
+from tauperp.recording.stamps import fitted_time, wrapped
+from tauperp.recording.table_damage import TableDamage, needs_extra
 
 MAX_ROWS = 2_000_000  # 33 minutes at 1 kHz; a recording and its playback take about 500 bytes a row
 

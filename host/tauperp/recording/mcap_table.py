@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from tauperp.errors import InputError
-from tauperp.replay.csv_table import Skipped
-from tauperp.replay.mapping import Column, ColumnMap
-from tauperp.replay.recording import FloatArray
-from tauperp.replay.table_damage import TableDamage, needs_extra
+from tauperp.recording.csv_table import Skipped
+from tauperp.recording.mapping import Column, ColumnMap
+from tauperp.recording.recording import FloatArray
+from tauperp.recording.table_damage import TableDamage, needs_extra
 
 _BLOCK_ROWS = 4096
 _OWN_TIMES = ("log_time", "publish_time")

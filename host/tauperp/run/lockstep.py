@@ -9,22 +9,22 @@ import numpy as np
 from tauperp.config import TASKS
 from tauperp.errors import InputError
 from tauperp.robot_side import Answer
-from tauperp.scenario import Scenario, StepTable
+from tauperp.run.guard_node import GuardPeer
+from tauperp.run.node import RobotNode
+from tauperp.run.pace import Pace
+from tauperp.run.reach import wire_range
+from tauperp.run.scenario import Scenario, StepTable
+from tauperp.run.telling import Telling
+from tauperp.run.trace import Contact, Stop, Trace, TraceRecorder
 from tauperp.sim.arm import Arm
 from tauperp.sim.contact import Hand, Obstructed
 from tauperp.sim.dynamics import Dynamics
-from tauperp.sim.guard_node import GuardPeer
 from tauperp.sim.guiding import Guidance
 from tauperp.sim.moment import Moment, Watch
 from tauperp.sim.motion import Job, Mode, Motion, Move, Wait, Yield
-from tauperp.sim.node import RobotNode
-from tauperp.sim.pace import Pace
 from tauperp.sim.posture import home
-from tauperp.sim.reach import wire_range
 from tauperp.sim.sensors import Sensors
 from tauperp.sim.stability import Stability
-from tauperp.sim.telling import Telling
-from tauperp.sim.trace import Contact, Stop, Trace, TraceRecorder
 from tauperp.sim.trajectory import Planner, Unreachable
 from tauperp.wire_values import REASON_CLASS, ReasonClass
 

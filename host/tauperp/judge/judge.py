@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from tauperp.config import TASKS
 from tauperp.firmware import Guard, Reason
 from tauperp.provenance import provenance, provenance_of_bus
-from tauperp.scenario import Scenario
+from tauperp.run.scenario import Scenario
+from tauperp.run.telling import Telling
+from tauperp.run.trace import Contact, Stop, Trace
 from tauperp.sim.sensors import SensorFault
-from tauperp.sim.telling import Telling
-from tauperp.sim.trace import Contact, Stop, Trace
 from tauperp.words import spoken
 
 SETTLE_GAINS = 5.0  # times 1 / K

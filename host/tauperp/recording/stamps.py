@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tauperp.errors import InputError
-from tauperp.replay.mapping import TIME_S, ColumnMap
-from tauperp.replay.recording import FloatArray, Recording
+from tauperp.recording.mapping import TIME_S, ColumnMap
+from tauperp.recording.recording import FloatArray, Recording
 from tauperp.robot.limits import WIRE_POSITION_RAD
 
 RATE_MIN_HZ, RATE_MAX_HZ = 20.0, 4000.0  # of tauperp.config.settings.Wire.rate_hz

@@ -1,6 +1,6 @@
 """A recording of a real arm: its joints' readings row by row, and when a person touched it.
 
-Torque is the measured link-side one with the sign of the gravity torque. Where it comes from: tauperp.replay.tables.
+Torque is the measured link-side one with the sign of the gravity torque. Where it comes from: tauperp.recording.tables.
 """
 
 import dataclasses

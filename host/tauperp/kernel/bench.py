@@ -16,18 +16,18 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.campaign import layout
-from tauperp.campaign.detectors import Detector
 from tauperp.config import Configuration, Numeric
 from tauperp.errors import InputError
 from tauperp.files import how_to_build
 from tauperp.firmware import load_library
+from tauperp.kernel import layout
+from tauperp.kernel.detectors import Detector
 from tauperp.robot import Robot
 from tauperp.sim.contact import Hand, Strike
 from tauperp.sim.model import PAYLOAD, TIP, build_spec, geom_name
 from tauperp.wire import WireMessage
 
-Rows = npt.NDArray[Any]  # of a structured type of tauperp.campaign.layout
+Rows = npt.NDArray[Any]  # of a structured type of tauperp.kernel.layout
 Readings = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]  # q, qd, tau: (m, n)
 
 BANDWIDTH_RAD_S = 40.0  # of the position controller, as tauperp.sim.control has it

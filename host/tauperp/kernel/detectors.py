@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.campaign import layout
 from tauperp.errors import InputError
+from tauperp.kernel import layout
 
 FloatArray = npt.NDArray[np.float64]
 

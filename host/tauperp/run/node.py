@@ -11,10 +11,10 @@ import numpy as np
 
 from tauperp.errors import InputError
 from tauperp.robot_side import NOT_AVAILABLE, SENSOR_OK, Answer, StopCheck
+from tauperp.run.telling import Telling
 from tauperp.sim.arm import Arm, JointSample
 from tauperp.sim.motion import Motion, Permit
 from tauperp.sim.sensors import SensorFault, Sensors
-from tauperp.sim.telling import Telling
 from tauperp.wire import Receiver, Sender, Wire
 from tauperp.wire_values import Reason
 

@@ -28,19 +28,19 @@ from tauperp.config import TASKS, Configuration, load_configuration, preset_name
 from tauperp.config.configuration import index_is_blind
 from tauperp.errors import InputError
 from tauperp.robot import Robot
+from tauperp.run.reach import within_wire
 from tauperp.run.tables import PhaseTable, PlantTable, PointTable, ScenarioTable, StepTable
 from tauperp.sim.arm import Payload
 from tauperp.sim.contact import Strike
 from tauperp.sim.control import ImpedanceGains
 from tauperp.sim.guiding import GuidingForce
 from tauperp.sim.motion import Recovery
-from tauperp.sim.reach import within_wire
 from tauperp.sim.rotor import with_rotors
 from tauperp.sim.sensors import SensorFault, SensorModel
 from tauperp.sim.trajectory import Limits
 from tauperp.toml import read_toml, validate
 
-SCENARIOS = Path(__file__).resolve().parent / "scenarios"
+SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 
 
 @dataclass(frozen=True)
