@@ -92,6 +92,13 @@ PLANTS = [
     ),
     Plant(f"{LAYERS}no_include_climbs", "firmware/wire/e2e.c", "", '\n#include "bank.h"\n', "wire/e2e.c -> core"),
     Plant(
+        f"{LAYERS}no_import_of_the_host_climbs",
+        "host/tauperp/sim/arm.py",
+        "",
+        "\nfrom tauperp.config import Settings\n",
+        "sim/arm.py -> config",
+    ),
+    Plant(
         f"{LAYERS}a_lower_layer_builds_alone[wire-float]",
         "firmware/wire/e2e.c",
         "",
