@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import can
-from can.cli import add_bus_arguments as add_bus_arguments  # the command line's half, re-exported
-from can.cli import create_bus_from_namespace
+from can import cli
 from can.interfaces.udp_multicast import UdpMulticastBus
 
 from tauperp.errors import InputError
@@ -23,6 +22,15 @@ ECHOES = 64
 NETWORK = Path("/sys/class/net")
 BITRATE = 1_000_000  # bit/s, classic frames and the arbitration phase of CAN FD
 DATA_BITRATE = 5_000_000  # bit/s, the data phase of CAN FD
+_HELP = {
+    "channel": "channel of the interface, for example can0 or vcan0",
+    "interface": "python-can's name of the interface, for example socketcan (default: its configuration files)",
+    "bitrate": "bit rate in bit/s, for an interface whose bit rate python-can sets",
+    "fd": "use CAN FD",
+    "data_bitrate": "bit rate of the data phase of CAN FD in bit/s",
+    "timing": "bit timing, for example f_clock=8_000_000 tseg1=5 tseg2=2 sjw=2 brp=2 nof_samples=1",
+    "bus_kwargs": "further settings of the interface as KEY=VALUE; python-can's documentation lists them",
+}
 
 
 class OwnFrames:
@@ -50,6 +58,13 @@ class OwnFrames:
             return False
         self._sent.remove(sent)
         return True
+
+
+def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add python-can's arguments that name a bus, with short help."""
+    cli.add_bus_arguments(parser)
+    for action in parser._actions:
+        action.help = _HELP.get(action.dest, action.help)
 
 
 def is_down(interface: str | None, channel: str | None) -> bool | None:
@@ -97,7 +112,7 @@ def open_bus(namespace: argparse.Namespace | None = None, **options: Any) -> can
             f"CAN bus {interface}: --channel is missing: the network interface"
         )  # python-can takes them all
     try:
-        return create_bus_from_namespace(argparse.Namespace(**named), **options)
+        return cli.create_bus_from_namespace(argparse.Namespace(**named), **options)
     except argparse.ArgumentError as error:  # python-can puts it around whatever a driver raises
         cause = error.__cause__
     where = " ".join(str(part) for part in (interface, channel) if part is not None)

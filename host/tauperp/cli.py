@@ -21,19 +21,19 @@ from tauperp import __version__
 from tauperp.errors import InputError
 
 COMMANDS = {
-    "robot": "make a robot table for the firmware from a URDF or MJCF file",
+    "robot": "make the firmware's robot table from a URDF or MJCF file",
     "config": "make the guard's configuration block from a TOML file",
-    "version": "print which firmware, build and configuration an image is",
-    "experiment": "one of the paper's two experiments, simulated, against the firmware",
-    "demo": "both experiments of the paper, one table",
-    "run": "run any scenario against the firmware",
-    "replay": "send a bus log through the firmware, and compare its answers",
-    "score": "send recordings of a real arm through the firmware, and judge it",
-    "calibrate": "thresholds, offsets and friction of an arm from its recordings",
-    "campaign": "simulate thousands of collisions against the firmware, and count",
-    "sensitivity": "the smallest force on each link that the guard can see",
-    "guard": "be the guard on a CAN bus",
-    "monitor": "watch the guard and the robot on a bus, live",
+    "version": "print the firmware, build and configuration of an image",
+    "experiment": "simulate one of the paper's two experiments",
+    "demo": "simulate both experiments of the paper",
+    "run": "simulate any scenario with the firmware as guard",
+    "replay": "send a bus log to the firmware, and compare its answers",
+    "score": "send recordings of a real arm to the firmware, and score it",
+    "calibrate": "compute thresholds, offsets and friction from recordings",
+    "campaign": "simulate thousands of collisions, and count the detected ones",
+    "sensitivity": "compute the smallest force that the guard detects",
+    "guard": "run the guard on a CAN bus",
+    "monitor": "show the guard and the robot on a bus, live",
 }
 
 BAD_INPUT = 2
@@ -55,23 +55,32 @@ EXTRAS = {
 
 
 class _Formatter(argparse.HelpFormatter):
-    """Help that fits a plain terminal whatever the width of the one at hand."""
+    """Help with a fixed width of 80 columns, so that it is the same everywhere."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=26, width=HELP_COLUMNS)
 
     def _metavar_formatter(self, action: argparse.Action, default_metavar: str) -> Callable[[int], tuple[str, ...]]:
-        """An option's name in place of a list of choices that fits no line, as python-can's two dozen interfaces."""
+        """The option's name instead of a long list of choices, such as python-can's interfaces."""
         if action.metavar is None and action.choices and len(",".join(map(str, action.choices))) > LONGEST_CHOICES:
             return lambda size: (default_metavar,) * size
         return super()._metavar_formatter(action, default_metavar)
 
 
+class _CommandsFormatter(_Formatter):
+    """Help of the whole program. argparse does not count the indent of the subcommands' names."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog)
+        self._action_max_length = max(map(len, COMMANDS)) + 2 * self._indent_increment
+
+
 class _Parser(argparse.ArgumentParser):
-    """argparse, with its errors as the one line of every other bad input, and no guessing of shortened options."""
+    """argparse whose errors are one line, as for every other bad input, and which accepts no shortened options."""
 
     def __init__(self, **options: object) -> None:
-        super().__init__(formatter_class=_Formatter, allow_abbrev=False, **options)  # type: ignore[arg-type]
+        chosen = {"formatter_class": _Formatter, **options}
+        super().__init__(allow_abbrev=False, **chosen)  # type: ignore[arg-type]
 
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message} (see '{self.prog} --help')")
@@ -79,7 +88,8 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser(chosen: str | None) -> argparse.ArgumentParser:
     """The whole command line, with the arguments of the chosen subcommand only."""
-    parser = _Parser(prog="tauperp", description="A collision guard for torque-sensing robot arms: the host tools.")
+    about = "Host tools of Tauperp, a collision guard for torque-sensing robot arms."
+    parser = _Parser(prog="tauperp", description=about, formatter_class=_CommandsFormatter)
     parser.add_argument("--version", action="version", version=f"tauperp {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, summary in COMMANDS.items():

@@ -11,8 +11,8 @@ from tauperp.errors import InputError
 from tauperp.experiment import Setup
 from tauperp.run.pace import Patience
 
-GUARD_HELP = """On a named bus, the guard is the node that answers (exit code 2 if none does). Without a bus, or on
-python-can's virtual bus, it is the firmware's library in this process."""
+GUARD_HELP = """On a named bus the guard is the node that answers (exit code 2 if none does). Without a bus, or on
+python-can's virtual bus, the guard is the firmware's library in this process."""
 LONGEST_PATIENCE_S = 3600.0
 
 
@@ -30,28 +30,28 @@ def add_playing_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--guard",
         choices=("library", "bus"),
-        help="whose: the library's in this process, or the bus's (bus if --interface or --channel name one that is not "
-        "virtual)",
+        help="the firmware's library in this process, or a guard on the bus (default: bus if --interface or --channel "
+        "name a bus that is not virtual)",
     )
     parser.add_argument(
         "--real-time",
         action="store_true",
-        help="cycles by the clock, waiting for nobody; cycles that begin late and permission that is not there in time "
-        "are counted. Without it each cycle waits for the guard's answer to it",
+        help="start each cycle by the clock, and count late cycles and permissions. Without it each cycle waits for "
+        "the guard's answer",
     )
     parser.add_argument(
         "--start-timeout",
         type=_seconds,
         default=Patience.start_s,
         metavar="S",
-        help=f"real time without a first answer, after which there is no guard ({Patience.start_s:g})",
+        help=f"real time to wait for the guard's first answer ({Patience.start_s:g})",
     )
     parser.add_argument(
         "--answer-timeout",
         type=_seconds,
         default=Patience.answer_s,
         metavar="S",
-        help="real time without the answer to a cycle, after which the robot stops by itself and the run ends "
+        help="real time to wait for the answer to a cycle; then the robot stops by itself and the run ends "
         f"({Patience.answer_s:g})",
     )
     add_bus_arguments(parser)

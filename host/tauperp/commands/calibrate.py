@@ -18,27 +18,38 @@ from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 if TYPE_CHECKING:
     from tauperp.calibrate.sources import Motion
 
-HELP = """Thresholds for a wanted rate of false alarms from recordings of the arm that nobody touches: tables, bus
-logs, or a live bus (--record-for). Checks sign, order and unit of every joint against the model, finds the sensors'
-offsets and friction, holds part of the data out to judge the result, and names what the data do not cover."""
+HELP = """Compute thresholds for a wanted rate of false alarms from recordings in which nobody touches the arm: tables,
+bus logs, or a live bus (--record-for). It checks sign, order and unit of every joint against the model and finds the
+offsets and friction of the sensors. It judges the result on data that it did not use, and lists motion that the data do
+not contain."""
 
 LARGEST_SHARE, SMALLEST_SHARE = 0.9, 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="*", metavar="RECORDING", help="tables or bus logs without touches")
+    parser.add_argument("recordings", nargs="*", metavar="RECORDING", help="tables or bus logs of the arm, untouched")
     parser.add_argument("--config", metavar="FILE", help="TOML file or preset to calibrate (default: default)")
     add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--map", metavar="FILE", help="TOML file of the tables' columns, units and signs")
-    parser.add_argument("--offsets", metavar="FILE", help="recording of the arm at rest, unloaded: gives the offsets")
     parser.add_argument(
-        "--alarms-per-hour", type=float, default=1.0, metavar="RATE", help="wanted false alarms of each task (1)"
+        "--offsets", metavar="FILE", help="recording of the arm at rest without a load, for the offsets"
     )
-    parser.add_argument("--held-out", type=float, default=0.33, metavar="SHARE", help="of each recording (0.33)")
-    parser.add_argument("--record-for", type=float, metavar="S", help="listen to a bus for so many seconds")
-    parser.add_argument("-o", "--output", metavar="OUT", help="the TOML file (calibration.toml in --out)")
-    parser.add_argument("--out", metavar="DIR", default="out/calibrate", help="folder of page, figure and JSON")
-    parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
+    parser.add_argument(
+        "--alarms-per-hour", type=float, default=1.0, metavar="RATE", help="wanted rate of false alarms per task (1)"
+    )
+    parser.add_argument(
+        "--held-out",
+        type=float,
+        default=0.33,
+        metavar="SHARE",
+        help="part of each recording that only judges the result (0.33)",
+    )
+    parser.add_argument("--record-for", type=float, metavar="S", help="record a bus for S seconds")
+    parser.add_argument("-o", "--output", metavar="OUT", help="TOML file to write (calibration.toml in --out)")
+    parser.add_argument(
+        "--out", metavar="DIR", default="out/calibrate", help="folder for page, figure and JSON (out/calibrate)"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     add_bus_arguments(parser)
     parser.set_defaults(interface=None, channel=None, bitrate=None, data_bitrate=None)
 

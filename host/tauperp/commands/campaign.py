@@ -10,18 +10,18 @@ from tauperp.errors import InputError
 if TYPE_CHECKING:
     from tauperp.campaign.plan import Plan
 
-HELP = """Monte Carlo over collisions: payload, motion, link, force, sensors and model error are drawn from the PLAN.
-Every run goes frame by frame through the compiled firmware. Reports detection rates, latencies and false stops with
-intervals, beside simpler detectors on the same signals. Results are kept in --out; a campaign that was interrupted goes
-on where it ended."""
+HELP = """Simulate many random collisions. The PLAN states how payload, motion, link, force, sensors and model error are
+drawn. Every run passes the compiled firmware frame by frame. Reports detection rates, latencies and false stops with
+confidence intervals, and those of simpler detectors on the same signals. Results are kept in --out: an interrupted
+campaign continues there."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("plan", metavar="PLAN", help="TOML file (see docs/campaign.md)")
-    parser.add_argument("--out", metavar="DIR", help="folder of the results (out/campaign/NAME)")
-    parser.add_argument("--jobs", type=int, metavar="N", help="threads (default: one a core)")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="run on a Dask cluster, e.g. tcp://host:8786")
-    parser.add_argument("--json", action="store_true", help="print the report's JSON instead of the table")
+    parser.add_argument("--out", metavar="DIR", help="folder for the results (out/campaign/NAME)")
+    parser.add_argument("--jobs", type=int, metavar="N", help="number of threads (default: one per core)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="run on a Dask cluster, for example tcp://host:8786")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
 
 def run(args: argparse.Namespace) -> int:

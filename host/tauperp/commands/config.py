@@ -11,18 +11,20 @@ from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 
 REACTION_WARNING_MS = 200
 
-HELP = """Check the TOML file of one installation and make the guard's configuration block from it: robot table,
-thresholds, gains, timing and stop categories, with a CRC-32. Without -o it only checks."""
+HELP = """Check the TOML file of one installation and make the guard's configuration block from it. The block holds the
+robot table, thresholds, gains, timing and stop categories, with a CRC-32. Without -o it only checks."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="TOML file, or the name of a shipped preset")
-    parser.add_argument("-o", "--output", metavar="OUT", help="write the block to this file; as C if it ends in .c")
+    parser.add_argument(
+        "-o", "--output", metavar="OUT", help="write the block to this file (as C source if it ends in .c)"
+    )
     add_robot_arguments(parser, "the file's")
     parser.add_argument(
         "--numeric", choices=list(NUMERICS), default="float32", help="number type of the firmware (default: float32)"
     )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -7,13 +7,13 @@ from tauperp.experiment import EXPERIMENTS, run_experiment
 from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 
-HELP = """Both experiments of the paper, simulated against the compiled firmware over a CAN bus. Writes JSON and figures
-of each, and prints one table. Exit code 0 if every collision stopped the robot and nothing else did."""
+HELP = """Simulate both experiments of the paper, with the compiled firmware as guard on a CAN bus. Writes JSON and
+figures, and prints one table. Exit code 0 if every collision stopped the robot and nothing else did."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_result_arguments(parser, "demo")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -9,20 +9,25 @@ from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 
-HELP = f"""One of the paper's two experiments, simulated in MuJoCo against the compiled firmware over a CAN bus:
-handling payloads that the guard does not know (Fig. 7), or hand guiding (Fig. 9), with collisions. Another arm gets one
-that it can do, and its changes are listed. Writes NAME.json and NAME.png. Exit code 0 if every collision stopped the
-robot, nothing else did, and the index stayed below 0.5 Nm otherwise. {GUARD_HELP}"""
+HELP = f"""Simulate one of the paper's two experiments in MuJoCo, with the compiled firmware as guard on a CAN bus.
+`payload` moves payloads that the guard does not know (Fig. 7); `contact` guides the arm by hand (Fig. 9). Both have
+collisions. For another arm the experiment is adapted, and the changes are listed. Writes NAME.json and NAME.png. Exit
+code 0 if every collision stopped the robot, nothing else did, and the index stayed below 0.5 Nm otherwise.
+{GUARD_HELP}"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", choices=EXPERIMENTS, help="which of the two")
+    parser.add_argument("name", choices=EXPERIMENTS, help="the experiment")
     add_result_arguments(parser, "experiment")
     add_robot_arguments(parser, "ku_dex")
-    parser.add_argument("--seed", type=int, metavar="N", help="of sensors and model errors, instead of the scenario's")
-    parser.add_argument("--rate", type=int, choices=(500, 1000), help="Hz: 500 on classic CAN, 1000 on CAN FD")
-    parser.add_argument("--mass", type=float, metavar="KG", help="of the heaviest payload; the others scale with it")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    parser.add_argument("--seed", type=int, metavar="N", help="random seed of sensors and model errors")
+    parser.add_argument(
+        "--rate", type=int, choices=(500, 1000), help="cycles per second: 500 on classic CAN, 1000 on CAN FD"
+    )
+    parser.add_argument(
+        "--mass", type=float, metavar="KG", help="mass of the heaviest payload; the others scale with it"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     add_playing_arguments(parser)
 
 

@@ -18,9 +18,9 @@ from tauperp.firmware import Guard, Reason, Schedule, Start, Variant, Verdict
 from tauperp.monitor.events import EventFolder
 from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 
-HELP = """Be the guard on a CAN bus. On SocketCAN this is the native process (build/tauperp-guard); on any other
-interface of python-can it is the firmware's library, by the clock and as fast as Python is. Ends with a last
-StopCommand without permission on SIGTERM or Ctrl-C."""
+HELP = """Run the guard on a CAN bus. On SocketCAN this is the native process (build/tauperp-guard). On any other
+interface of python-can it is the firmware's library in real time, as fast as Python allows. On SIGTERM or Ctrl-C it
+sends a last StopCommand without permission and ends."""
 
 NATIVE = "socketcan"
 
@@ -29,10 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("config", metavar="CONFIG", nargs="?", default="default", help="TOML file or shipped preset")
     add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--lockstep", action="store_true", help="guard time is bus time (for simulated robots)")
-    parser.add_argument("--priority", metavar="N", help="SCHED_FIFO priority, 0 for none (SocketCAN only)")
-    parser.add_argument("--verbose", action="store_true", help="also a line of counters a second (SocketCAN only)")
-    parser.add_argument("--events", metavar="DIR", help="write and draw each trip that was recorded (real time)")
-    parser.add_argument("--json", action="store_true", help="one JSON object a line instead of text")
+    parser.add_argument("--priority", metavar="N", help="SCHED_FIFO priority, 0: none (SocketCAN only)")
+    parser.add_argument(
+        "--verbose", action="store_true", help="also print a line of counters per second (SocketCAN only)"
+    )
+    parser.add_argument("--events", metavar="DIR", help="write and draw each recorded trip to DIR (real time only)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object per line instead of text")
     add_bus_arguments(parser)
 
 

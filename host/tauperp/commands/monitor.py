@@ -18,9 +18,9 @@ from tauperp.monitor import Monitor, Snapshot, compose, report
 from tauperp.monitor.events import EventFolder
 from tauperp.wire import Wire
 
-HELP = """Watch a bus with a guard on it: permission and why not, every joint's torques against its limit, what was
-stopped when, frames that are missing or wrong. It only listens. Ctrl-C ends it. Exit code 0 if at the end a guard was
-heard, 1 if not, 130 after Ctrl-C."""
+HELP = """Show the guard and the robot on a bus: the permission and the reason if there is none, the torques of every
+joint and their limits, the last stops, and missing or invalid frames. It only listens. Ctrl-C ends it. Exit code 0 if
+a guard was present at the end, 1 if not, 130 after Ctrl-C."""
 
 REDRAW_S = 0.1
 ONCE_S = 1.0
@@ -28,13 +28,15 @@ PLAIN_WIDTH = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds (--once: 1)")
-    parser.add_argument("--once", action="store_true", help="listen, then print one picture, and end")
-    parser.add_argument("--json", action="store_true", help="print a line of JSON a second instead of the picture")
-    parser.add_argument("--every", type=float, default=1.0, metavar="S", help="seconds between lines of JSON (1)")
-    parser.add_argument("--events", metavar="DIR", help="write and draw the trips that the guard has recorded")
+    parser.add_argument("--duration", type=float, metavar="S", help="end after S seconds (with --once: 1)")
+    parser.add_argument("--once", action="store_true", help="listen, print the state once, and end")
     parser.add_argument(
-        "--rate", type=float, metavar="HZ", help="cycles a second to expect (classic frames: 500, CAN FD: 1000)"
+        "--json", action="store_true", help="print one line of JSON per second instead of the live view"
+    )
+    parser.add_argument("--every", type=float, default=1.0, metavar="S", help="seconds between lines of JSON (1)")
+    parser.add_argument("--events", metavar="DIR", help="write and draw the trips that the guard has recorded to DIR")
+    parser.add_argument(
+        "--rate", type=float, metavar="HZ", help="expected cycles per second (classic frames: 500, CAN FD: 1000)"
     )
     add_bus_arguments(parser)
     parser.set_defaults(interface=None, channel=None, bitrate=None, data_bitrate=None)

@@ -13,26 +13,28 @@ from tauperp.replay import log_report
 from tauperp.robot.options import add_robot_arguments, chain_of
 from tauperp.view.watching import add_watch_arguments, watching
 
-HELP = """LOG: push a bus log through the firmware's guard and compare what it sends with the guard's frames in the
-log, bit for bit; draws the log in out/replay. Exit code 0 if all are equal. --csv TABLE...: the same as `tauperp score
-TABLE...`."""
+HELP = """Send the robot's frames of a bus log to the firmware, compare its answers bit for bit with the guard's frames
+in the log, and draw the log in out/replay. Exit code 0 if all answers are equal. --csv TABLE... is the same as `tauperp
+score TABLE...`."""
 
 _OF_RECORDINGS = ("map", "task", "offsets", "bridge")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("log", nargs="?", metavar="LOG", help="bus log: .blf, .asc, .log, whatever python-can reads")
+    parser.add_argument(
+        "log", nargs="?", metavar="LOG", help="bus log: .blf, .asc, .log or another format that python-can reads"
+    )
     parser.add_argument("--csv", nargs="+", metavar="FILE", help="recordings: .csv, .csv.gz, .npz, .parquet, .mcap")
     add_robot_arguments(parser, "the configuration's")
     parser.add_argument(
         "--config", metavar="FILE", help="TOML file or preset (default: the log's or replay_NAME if shipped)"
     )
-    parser.add_argument("--scenario", metavar="NAME", help="the log is of this scenario: use its configuration")
+    parser.add_argument("--scenario", metavar="NAME", help="use the configuration of this scenario")
     parser.add_argument(
-        "--log-channel", metavar="NAME", help="only this channel of the log (needed if guards are on several)"
+        "--log-channel", metavar="NAME", help="use only this channel of the log (needed if several have a guard)"
     )
     score.add_score_arguments(parser)
-    parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     add_watch_arguments(parser)
 
 

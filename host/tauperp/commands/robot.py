@@ -13,9 +13,9 @@ from tauperp.robot.emit import c_source, identifier
 from tauperp.robot.model import Robot
 from tauperp.robot.options import add_chain_arguments, chain_of
 
-HELP = f"""Make the firmware's table of a robot from a URDF or MJCF file, and check it: momentum, C^T qd, gravity torque
-and Jacobian against Pinocchio, and against Pinocchio's (URDF) or MuJoCo's (MJCF) own reading of the file. Joints off
-the chain are locked and their links merged. Shipped robots: {", ".join(shipped())}."""
+HELP = f"""Make the firmware's robot table from a URDF or MJCF file. Check momentum, C^T qd, gravity torque and Jacobian
+against Pinocchio, and against the file as Pinocchio (URDF) or MuJoCo (MJCF) reads it. Joints outside the
+chain are locked and their links merged. Shipped robots: {", ".join(shipped())}."""
 
 _DEFAULT = "*"  # behind a limit that the file does not have
 
@@ -29,10 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs=3,
         type=float,
         metavar=("R", "P", "Y"),
-        help="how the file's root is mounted, rad (as in URDF)",
+        help="orientation of the file's root in the cell, rad (as in URDF)",
     )
     parser.add_argument("-o", "--output", metavar="OUT.c", help="write the table as C source")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -13,20 +13,25 @@ from tauperp.view.results import Results, add_result_arguments
 from tauperp.view.summary import print_outcomes, shown_progress
 from tauperp.view.watching import add_watch_arguments, watching
 
-HELP = f"""Run a scenario, a TOML file or the name of a shipped one, against the compiled firmware: robot, task,
-payload, motion, contacts, sensor faults. Writes NAME.json and NAME.png. Exit code 0 if every collision and fault met a
-moving robot, every collision stopped it, and nothing else but a sensor's fault did. {GUARD_HELP}"""
+HELP = f"""Simulate a scenario with the compiled firmware as guard. The scenario is a TOML file or a shipped name.
+It states robot, tasks, payloads, motion, contacts and sensor faults. Writes NAME.json and NAME.png. Exit code 0 if
+every collision and fault happened while the robot moved, every collision stopped it, and nothing else stopped it except
+a sensor fault. {GUARD_HELP}"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="TOML file, or the name of a shipped scenario")
     add_robot_arguments(parser, "the scenario's")
-    parser.add_argument("--seed", type=int, metavar="N", help="of sensors and model errors, instead of the scenario's")
     parser.add_argument(
-        "--record", metavar="FILE", help="new file for every frame: .blf, .asc, .log, whatever python-can writes"
+        "--seed", type=int, metavar="N", help="random seed of sensors and model errors, instead of the scenario's"
+    )
+    parser.add_argument(
+        "--record",
+        metavar="FILE",
+        help="record all frames to a new file: .blf, .asc, .log or another format that python-can writes",
     )
     add_result_arguments(parser, "run")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     add_watch_arguments(parser)
     add_playing_arguments(parser)
 

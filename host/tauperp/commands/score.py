@@ -21,10 +21,11 @@ from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 from tauperp.sim.moment import Watch
 from tauperp.view.watching import add_watch_arguments, watching
 
-HELP = f"""Turn recordings of a real arm (time, q0.., dq0.., tau_J0.., label while touched, or what --map says) into bus
-frames at their own rate, run them through the firmware's guard, and compare its stops with the labels. Draws each
-recording and writes score.json. Exit code 0 if {FOUND_GOAL:.0%} of the touches are found, nothing else stops, and the
-guard permitted motion for {TESTED_GOAL:.0%} of the untouched time of each file; 1 if not; 2 if a file was refused."""
+HELP = f"""Send recordings of a real arm to the firmware as bus frames at their own rate, and compare its stops with the
+labels. A table has the columns time, q0.., dq0.., tau_J0.. and label (set while touched), or those that --map names.
+Draws each recording and writes score.json. Exit code 0 if {FOUND_GOAL:.0%} of the touches are found, nothing
+else stops, and the guard permitted motion for {TESTED_GOAL:.0%} of the untouched time of each file; 1 if not; 2 if a
+file was refused."""
 
 FEWEST_ROWS = 50  # before the first touch, for a check against the model
 
@@ -34,23 +35,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--config", metavar="FILE", help="TOML file or preset (default: replay_NAME if shipped)")
     add_score_arguments(parser)
-    parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     add_watch_arguments(parser)
 
 
 def add_score_arguments(parser: argparse.ArgumentParser) -> None:
     """Those that `replay --csv` takes too."""
     parser.add_argument("--map", metavar="FILE", help="TOML file of the recordings' columns, units and signs")
-    parser.add_argument("--task", choices=list(TASKS), help="task that is sent with recordings (default: none)")
+    parser.add_argument("--task", choices=list(TASKS), help="task that the robot commands (default: none)")
     parser.add_argument(
         "--offsets",
         metavar="FROM",
-        help=f"of the torque sensors: {', '.join(CHOICES)}, or a file (default: calibration, else rest, else zero)",
+        help=f"torque offsets from: {', '.join(CHOICES)}, or a file (default: calibration, else rest, else zero)",
     )
     parser.add_argument(
-        "--bridge", type=float, metavar="MS", help=f"longest gap that is bridged; others split ({BRIDGE_MS:g})"
+        "--bridge",
+        type=float,
+        metavar="MS",
+        help=f"longest gap that is bridged; a longer one splits the recording ({BRIDGE_MS:g})",
     )
-    parser.add_argument("--out", metavar="DIR", help="folder of the recordings' figures and score.json (out/score)")
+    parser.add_argument("--out", metavar="DIR", help="folder for figures and score.json (out/score)")
 
 
 def run(args: argparse.Namespace) -> int:

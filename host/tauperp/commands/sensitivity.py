@@ -11,9 +11,9 @@ from tauperp.errors import InputError
 from tauperp.files import write_atomically
 from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 
-HELP = """For one posture, a recorded trajectory or the whole workspace: the smallest static force and the smallest push
-of 50 ms on each link that the index of a task sees at its thresholds, the directions that it cannot see, and which
-limits of ISO/TS 15066 that protects. Measured on the compiled firmware, drawn on the arm."""
+HELP = """Compute the smallest static force and the smallest push of 50 ms on each link that the guard detects in each
+task, the directions that it cannot detect, and which limits of ISO/TS 15066 this covers. For one posture, a recorded
+trajectory, or the whole workspace. Measured with the compiled firmware, drawn on the arm."""
 
 MOST_POSTURES = 2000
 FROM_TRAJECTORY = 40
@@ -22,15 +22,17 @@ FROM_TRAJECTORY = 40
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", metavar="FILE", help="TOML file or preset (default: default)")
     add_robot_arguments(parser, "the configuration's")
-    parser.add_argument("--task", choices=list(TASKS), action="append", help="only this task (can be repeated)")
+    parser.add_argument("--task", choices=list(TASKS), action="append", help="only this task (may be repeated)")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pose", metavar="Q", help="one posture: Q1,Q2,... rad")
     where.add_argument("--trajectory", metavar="FILE", help="postures of a recording (table or bus log)")
-    where.add_argument("--workspace", type=int, metavar="N", help="so many postures of the whole range (default: 60)")
+    where.add_argument("--workspace", type=int, metavar="N", help="N postures of the whole range (default: 60)")
     parser.add_argument("--map", metavar="FILE", help="TOML file of the table's columns, units and signs")
-    parser.add_argument("--out", metavar="DIR", default="out/sensitivity", help="folder of page, figure and JSON")
+    parser.add_argument(
+        "--out", metavar="DIR", default="out/sensitivity", help="folder for page, figure and JSON (out/sensitivity)"
+    )
     parser.add_argument("--view", action="store_true", help="show the first task on the arm in MuJoCo's viewer")
-    parser.add_argument("--json", action="store_true", help="print the JSON instead of the table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
 
 def run(args: argparse.Namespace) -> int:

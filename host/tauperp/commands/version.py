@@ -6,13 +6,13 @@ import json
 
 from tauperp.image import PRODUCT, read_image
 
-HELP = """What a firmware image says of itself: release, build of the sources (its first four digits are BuildId of
-GuardStatus), CRCs of the configuration and the wire inside, board, number type, and what it is for."""
+HELP = """Print the identity of a firmware image: release, build of the sources (its first four digits are BuildId of
+GuardStatus), CRCs of its configuration and wire, board, number type, and variant."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("elf", metavar="ELF", help="image as `make firmware` builds it")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -10,19 +10,19 @@ from tauperp.robot.model import Robot
 
 def add_robot_arguments(parser: argparse.ArgumentParser, instead_of: str) -> None:
     """--robot, and which part of it is the arm. instead_of: whose robot it replaces, for the help."""
-    parser.add_argument("--robot", metavar="NAME", help=f"shipped robot, URDF or MJCF, instead of {instead_of}")
+    parser.add_argument("--robot", metavar="NAME", help=f"shipped robot, URDF or MJCF file, instead of {instead_of}")
     add_chain_arguments(parser)
 
 
 def add_chain_arguments(parser: argparse.ArgumentParser) -> None:
     """--base, --tip, --tool and --accept-inertia."""
-    parser.add_argument("--base", metavar="LINK", help="where the robot's chain starts (default: the root)")
-    parser.add_argument("--tip", metavar="LINK", help="where it ends; needed if the robot branches")
+    parser.add_argument("--base", metavar="LINK", help="first link of the arm (default: the root)")
+    parser.add_argument("--tip", metavar="LINK", help="last link of the arm; needed if the robot branches")
     parser.add_argument(
         "--tool", nargs=3, type=float, metavar=("X", "Y", "Z"), help="end-effector point in the tip's frame, m"
     )
     parser.add_argument(
-        "--accept-inertia", action="store_true", help="make inertias that no body has possible, and show the change"
+        "--accept-inertia", action="store_true", help="correct inertias that no body can have, and show the change"
     )
 
 

@@ -14,8 +14,12 @@ if TYPE_CHECKING:
 
 
 def add_result_arguments(parser: argparse.ArgumentParser, command: str) -> None:
-    parser.add_argument("--out", default=f"out/{command}", metavar="DIR", help=f"folder of results (out/{command})")
-    parser.add_argument("--report", action="store_true", help="also NAME.html: all in one page, with a film")
+    parser.add_argument(
+        "--out", default=f"out/{command}", metavar="DIR", help=f"folder for the results (out/{command})"
+    )
+    parser.add_argument(
+        "--report", action="store_true", help="also write NAME.html: one page with figures, tables and a film"
+    )
 
 
 class Results:

@@ -15,7 +15,12 @@ from tauperp.provenance import provenance_line
 from tauperp.run.lockstep import Progress as Report
 from tauperp.words import spoken
 
-_CAUSES = {"collision": "a collision", "fault": "a fault", "guard": "the guard was gone", "none": "a false stop"}
+_CAUSES = {
+    "collision": "after a collision",
+    "fault": "after a fault",
+    "guard": "no guard answered",
+    "none": "a false stop",
+}
 PLAIN_WIDTH = 110  # where the output is no terminal
 TABLE_WIDTH = 80
 

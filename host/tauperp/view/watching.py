@@ -10,7 +10,7 @@ from tauperp.sim.moment import Moment, Watch
 def add_watch_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--view", action="store_true", help="show the robot in MuJoCo's viewer, in real time")
     parser.add_argument(
-        "--rerun", metavar="FILE", help="write torques, permission and pose as a rerun recording (.rrd)"
+        "--rerun", metavar="FILE", help="write torques, permission and pose to a rerun recording (.rrd)"
     )
 
 
