@@ -38,7 +38,7 @@
 #define observer_step TAUPERP_INTERNAL(observer_step)
 #define regressor_init TAUPERP_INTERNAL(regressor_init)
 #define regressor_step TAUPERP_INTERNAL(regressor_step)
-#define robot_holds TAUPERP_INTERNAL(robot_holds)
+#define robot_is_valid TAUPERP_INTERNAL(robot_is_valid)
 #define sensor_config_is_valid TAUPERP_INTERNAL(sensor_config_is_valid)
 #define sensor_correct TAUPERP_INTERNAL(sensor_correct)
 #define soft_init TAUPERP_INTERNAL(soft_init)

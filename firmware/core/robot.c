@@ -49,7 +49,7 @@ static bool joint_is_valid(const robot_joint_t *joint) {
            (joint->torque_max_nm > NUM(0));
 }
 
-bool robot_holds(const robot_t *robot) {
+bool robot_is_valid(const robot_t *robot) {
     if ((robot->joint_count < 1u) || (robot->joint_count > ROBOT_JOINTS)) {
         return false;
     }

@@ -63,6 +63,6 @@ typedef struct {
 /* True if motion_step can use the table: 1 to ROBOT_JOINTS joints, twists and base of unit length, ordered ranges,
  * lengths, moments and inertias below 64, reach below 60 m, and zero from joint_count on. It does not repeat the
  * generator's comparison with Pinocchio. Cost: one pass over the table. */
-bool robot_holds(const robot_t *robot);
+bool robot_is_valid(const robot_t *robot);
 
 #endif

@@ -14,7 +14,7 @@ static bool timing_is_valid(const guard_config_t *config) {
     const uint32_t input = (input_cycles < CONFIG_INPUT_MAX_US) ? input_cycles : CONFIG_INPUT_MAX_US;
     const uint32_t tick_cycles = CONFIG_TICK_MAX_CYCLES * period;
     const uint32_t tick = (tick_cycles < CONFIG_TICK_MAX_US) ? tick_cycles : CONFIG_TICK_MAX_US;
-    /* A gap longer than the observer can bridge must have ended the permission by then. */
+    /* A gap longer than the observer can bridge must have ended the permission before. */
     const bool deadlines = lies_within(config->sync_deadline_us, period, input) &&
                            lies_within(config->joint_deadline_us, period, CONFIG_MAX_GAP * period) &&
                            lies_within(config->task_deadline_us, period, input) &&
@@ -30,7 +30,7 @@ static bool timing_is_valid(const guard_config_t *config) {
 
 /* --- observer ----------------------------------------------------------------------------------------------------- */
 
-/* Microseconds up to CONFIG_PERIOD_MAX_US * CONFIG_MAX_GAP, in s. */
+/* Converts microseconds, up to CONFIG_PERIOD_MAX_US * CONFIG_MAX_GAP, to seconds. */
 static num_t seconds(uint32_t us) {
     uint32_t saturations = 0;
     const num_t ms =
@@ -53,7 +53,7 @@ static num_t power(num_t a, uint32_t exponent) {
     return result;
 }
 
-/* What each gap's constants must be, from those of one cycle and the period. */
+/* Checks the constants of each gap against those of one cycle and the period. */
 static bool gap_is_valid(const guard_config_t *config, uint32_t g) {
     const observer_config_t *const observer = &config->observer;
     uint32_t saturations = 0;
@@ -77,7 +77,7 @@ static bool observer_is_valid(const guard_config_t *config) {
     for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
         valid = valid && gap_is_valid(config, g);
     }
-    /* Five time constants fit into the settling time, which bounds the gain from below: exp(-5) is 0.0067. */
+    /* The settling time contains five time constants. This bounds the gain from below: exp(-5) is 0.0067. */
     return valid && (power(observer->decay[0], config->settling_us / config->period_us) <= NUM(0.0075));
 }
 
@@ -93,7 +93,7 @@ static bool subspace_is_valid(const subspace_config_t *subspace) {
            is_up_to(subspace->softness, NUM(0.2)) && (subspace->softness >= subspace->tolerance);
 }
 
-/* Holding under power is for a collision only: there the arm is known to work. */
+/* Only a collision may stop with the power on: the arm is then known to work. */
 static bool stop_is_valid(const guard_config_t *config) {
     return (config->stop_collision <= 2u) && (config->stop_input <= 1u) && (config->stop_fault <= 1u);
 }
@@ -108,7 +108,7 @@ static bool sensor_is_valid(const guard_config_t *config) {
 }
 
 guard_status_t config_bounds_check(const guard_config_t *config) {
-    if (!robot_holds(&config->robot)) {
+    if (!robot_is_valid(&config->robot)) {
         return GUARD_BAD_ROBOT;
     }
     if (!timing_is_valid(config)) {

@@ -1,13 +1,13 @@
 #include "config_parts.h"
 
-/* A unit step of torque through one channel. */
+/* Response of one channel to a unit step of torque. */
 typedef struct {
     uint32_t rise; /* cycles until the output is half of the step; UINT32_MAX: never within one second */
-    num_t peak;    /* the largest output */
+    num_t peak;    /* largest output */
     num_t end;     /* after one second */
 } response_t;
 
-/* A bank with one channel and one joint, by the code that the guard runs. */
+/* A bank with one channel and one joint. It runs the guard's own code. */
 static response_t step_response(const guard_config_t *config, const channel_config_t *channel, bool project_first) {
     bank_config_t one = {.channels = 1u};
     bank_t bank;
@@ -44,14 +44,14 @@ static bool constants_are_bounded(const channel_config_t *channel) {
     return bounded;
 }
 
-/* A channel neither amplifies a step much nor forgets it at once; without a high-pass it ends at the step's size. */
+/* A channel neither amplifies a step much nor loses it at once. Without a high-pass it ends at the step's size. */
 static bool channel_is_valid(const guard_config_t *config, const channel_config_t *constants, bool project_first) {
     if (!constants_are_bounded(constants)) {
         return false;
     }
     const response_t response = step_response(config, constants, project_first);
     const bool is_static = constants->high_pass[0] == NUM(0);
-    /* A channel of `sudden` without a high-pass would take an intended moment that stays for a collision. */
+    /* Without a high-pass, a channel of `sudden` would treat a constant intended moment as a collision. */
     const bool of =
         (constants->of == (uint32_t)CHANNEL_UNEXPLAINED) || ((constants->of == (uint32_t)CHANNEL_SUDDEN) && !is_static);
     return of && (response.rise != UINT32_MAX) && (response.peak <= NUM(1.3)) &&
@@ -62,7 +62,7 @@ static bool orders_by_projection(const guard_config_t *config) {
     return config->subspace.order == (uint32_t)ORDER_PROJECT_FIRST;
 }
 
-/* Used or all zero; a plain low-pass, in front of a soft projection. */
+/* Used or all zero. If used: a plain low-pass, followed by a soft projection. */
 bool regressor_is_valid(const guard_config_t *config) {
     const regressor_config_t *const regressor = &config->regressor;
     bool asked = false;

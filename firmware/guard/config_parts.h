@@ -1,4 +1,4 @@
-/* config_parts: how the check of the bounds is divided. For the files of this folder only. */
+/* config_parts: the parts of the bounds check. For the files of this folder only. */
 #ifndef TAUPERP_CONFIG_PARTS_H
 #define TAUPERP_CONFIG_PARTS_H
 
@@ -12,7 +12,7 @@ static inline bool is_near(num_t a, num_t b, num_t tolerance) {
     return num_abs(a - b) <= tolerance;
 }
 
-/* Positive, a number, and at most `most`. */
+/* True if positive, a number, and at most `most`. */
 static inline bool is_up_to(num_t value, num_t most) {
     return (value > NUM(0)) && (value <= most);
 }
@@ -22,11 +22,11 @@ static inline bool is_zero_up_to(num_t value, num_t most) {
     return (value >= NUM(0)) && (value <= most);
 }
 
-/* config_filters.c: the bank's channels and the regressor's low-pass are filters of gain 1 that see a step in time. */
+/* config_filters.c: the bank's channels and the regressor's low-pass have gain 1 and respond to a step in time. */
 bool bank_is_valid(const guard_config_t *config);
 bool regressor_is_valid(const guard_config_t *config);
 
-/* config_tasks.c: every task that is configured, and that one is. */
+/* config_tasks.c: every configured task is valid, and there is at least one. */
 guard_status_t check_tasks(const guard_config_t *config);
 
 #endif

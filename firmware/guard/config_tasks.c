@@ -38,7 +38,7 @@ static bool detector_is_valid(const guard_config_t *config, const detector_confi
     return valid;
 }
 
-/* A force that stays must be seen: at least one channel without a high-pass. */
+/* A constant force must be detected: at least one channel has no high-pass. */
 static bool sees_static_force(const guard_config_t *config, const detector_config_t *detector) {
     bool sees = false;
     for (uint32_t c = 0; c < config->bank.channels; ++c) {
@@ -49,7 +49,7 @@ static bool sees_static_force(const guard_config_t *config, const detector_confi
     return sees;
 }
 
-/* Axes of unit length at right angles, so that a coefficient is a force in N. */
+/* Perpendicular axes of unit length, so that a coefficient is a force in N. */
 static bool axes_are_valid(const index_config_t *index) {
     bool valid = true;
     for (uint32_t a = 0; a < 3u; ++a) {
@@ -93,7 +93,7 @@ static bool index_is_valid(const guard_config_t *config, const index_config_t *i
                                                   : ((index->frame <= (uint32_t)FRAME_TOOL) && axes_are_valid(index)));
 }
 
-/* A task with fast components watches a channel of `sudden`, and only such a task does. */
+/* A task with fast components uses a channel of `sudden`. No other task does. */
 static bool sudden_is_watched(const guard_config_t *config, const task_config_t *task) {
     bool watched = false;
     for (uint32_t c = 0; c < config->bank.channels; ++c) {

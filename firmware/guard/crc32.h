@@ -1,7 +1,7 @@
 /* crc32: IEEE 802.3, reflected, as zlib's crc32(), over memory in slices of any size.
  *
- * Start with CRC32_START, fold every slice in, and finish with crc32_finish. Cost: about 12 instructions a byte and
- * a table of 64 bytes.
+ * Start with CRC32_START, update with each slice, and end with crc32_finish. Cost: about 12 instructions per byte and a
+ * table of 64 bytes.
  */
 #ifndef TAUPERP_CRC32_H
 #define TAUPERP_CRC32_H

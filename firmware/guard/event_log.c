@@ -30,7 +30,7 @@ static void put_sample(event_t *event, const guard_output_t *out, uint32_t joint
     event->count += (event->count < EVENT_SAMPLES) ? 1u : 0u;
 }
 
-/* What is being recorded is complete: the oldest event makes room for the next one. */
+/* The event that is being recorded is complete. The oldest event makes space for the next. */
 static void finish(event_log_t *self) {
     event_t *const event = &self->event[self->slot];
     event->trip = self->noted_trip;
@@ -62,11 +62,11 @@ void event_log_note(event_log_t *self, const guard_output_t *out) {
             finish(self);
         }
     } else {
-        /* nothing has happened yet */
+        /* no event yet */
     }
 }
 
-/* The next complete event from the cursor on; false if there is none. */
+/* The next complete event from the cursor on. False if there is none. */
 static bool seek(event_log_t *self) {
     for (uint32_t turn = 0; turn <= EVENT_SLOTS; ++turn) {
         const event_t *const event = &self->event[self->cursor_slot];

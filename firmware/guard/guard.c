@@ -18,7 +18,7 @@ static void trip(guard_t *self, guard_state_t state, const guard_event_t *event)
     self->healthy = false;
     self->calm = false;
     rise_start(&self->rise, self->last_tick_us);
-    self->inputs.request = true; /* both frames of the reset's edge come after the trip */
+    self->inputs.request = true; /* both frames of the reset's edge must come after the trip */
     self->inputs.edge = false;
     count(&self->counters.trips, 1u);
     enter(self, state);
@@ -31,7 +31,7 @@ static void fault(guard_t *self, guard_reason_t reason) {
 
 /* --- states ------------------------------------------------------------------------------------------------------- */
 
-/* An input that cannot be trusted comes first: an index of it means nothing. */
+/* An input that cannot be trusted comes first: an index computed from it has no meaning. */
 static guard_event_t find_event(const guard_t *self, const guard_event_t *input) {
     return (input->reason != GUARD_REASON_NONE) ? *input : contact_event(self);
 }
@@ -40,7 +40,7 @@ static bool is_touched(const guard_t *self) {
     return self->detector.any_above || (self->explained.excess != EXPLAINED_NOTHING);
 }
 
-/* Every input is good and nothing above its limits; keeps the time since when. */
+/* True if every input is good and nothing is above its limits. Updates the time since when. */
 static void track_health(guard_t *self, const guard_event_t *input, uint64_t now_us) {
     const bool healthy = (input->reason == GUARD_REASON_NONE) && self->inputs.clocks_agree && !is_touched(self);
     if (healthy && !self->healthy) {
@@ -71,18 +71,18 @@ static void while_waiting(guard_t *self, const guard_event_t *input, uint64_t no
         self->acknowledged = true;
         enter(self, GUARD_STATE_MONITORING);
     } else {
-        /* go on waiting */
+        /* keep waiting */
     }
 }
 
-/* A blow may drive a sensor beyond its range for a moment. The reading is refused, so that the joint deadline raises
- * the category if no good snapshot follows; the observer may have to start again. */
+/* A blow may drive a sensor beyond its range for a moment. The reading is refused. If no good snapshot follows, the
+ * joint deadline raises the category. The observer may have to restart. */
 static bool is_passing(guard_reason_t reason) {
     return (reason == GUARD_REASON_INPUT_RANGE) || (reason == GUARD_REASON_IMPLAUSIBLE) ||
            (reason == GUARD_REASON_OBSERVER_RESTART);
 }
 
-/* What a stop of this category does not cover: a worse category, or a second collision while the arm may still move. */
+/* Whether an event exceeds the current stop: a worse category, or a second collision while the arm may still move. */
 static guard_event_t worse_event(const guard_t *self, const guard_event_t *input, bool rising) {
     guard_event_t contact = contact_event(self);
     if (contact.reason != GUARD_REASON_NONE) {
@@ -119,7 +119,7 @@ static void while_stopped(guard_t *self, const guard_event_t *input, uint64_t no
         enter(self, GUARD_STATE_WAITING);
         while_waiting(self, input, now_us);
     } else {
-        /* stay */
+        /* no change */
     }
 }
 
@@ -223,12 +223,12 @@ void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out) {
     } else {
         /* FAULT ends with guard_init only */
     }
-    if (self->inputs.edge) { /* one that was not granted */
+    if (self->inputs.edge) { /* a request that was not granted */
         count(&self->counters.resets_refused, 1u);
     }
     verdict_fill(self, missing, now_us, out);
     self->inputs.edge = false;
-    if (!testing) { /* what comes in during the self-test is for the first tick behind it */
+    if (!testing) { /* frames received during the self-test are for the first tick after it */
         self->inputs.fault = 0;
         self->inputs.fault_joint = 0;
     }

@@ -80,7 +80,7 @@ guard_event_t contact_event(const guard_t *self) {
         event.value_nm = self->explained.value;
         event.threshold_nm = self->explained.limit;
     } else {
-        /* nothing touches the arm that the task does not explain */
+        /* no unexplained contact */
     }
     return event;
 }

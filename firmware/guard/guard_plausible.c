@@ -1,16 +1,17 @@
 #include "guard_parts.h"
 
-/* Bounds, above what real arms show: encoder and wire quanta, 4 mrad/s of velocity noise, samples late by a cycle or
- * two.
+/* Bounds, above the errors of real arms: steps of encoder and wire, 4 mrad/s of velocity noise, samples that are late
+ * by one or two cycles.
  *
- * The error of one joint is e+ = decay e + (moved - mean velocity x time), so it forgets with the observer's gain K,
- * and a velocity that is wrong by v leaves v/K. With K = 50 1/s: 0.05 rad/s. */
-#define JUMP_RAD         NUM(0.0015) /* 12 quanta of position */
+ * The error of one joint is e+ = decay e + (moved - mean velocity x time). It decays with the observer's gain K, so a
+ * velocity that is wrong by v causes an error of v/K. With K = 50 1/s the bound allows 0.05 rad/s.
+ */
+#define JUMP_RAD         NUM(0.0015) /* 12 steps of the position signal */
 #define VELOCITY_RAD_S   NUM(0.05)
-#define LATE_CYCLES      NUM(2.5) /* real logs repeat rows and miss some: up to 5.5 ms at 1 kHz */
+#define LATE_CYCLES      NUM(2.5) /* real logs repeat and omit rows: up to 5.5 ms at 1 kHz */
 #define LATE_S           NUM(0.003)
 #define FROZEN_SNAPSHOTS 10u
-#define FROZEN_NM        NUM(0.5) /* friction keeps a real reading still for up to 0.42 Nm of gravity torque */
+#define FROZEN_NM        NUM(0.5) /* friction keeps a real reading constant for up to 0.42 Nm of gravity torque */
 
 void plausibility_init(plausibility_t *self) {
     *self = (plausibility_t){0};
@@ -32,15 +33,15 @@ static void start(plausibility_t *self, uint32_t joints, const snapshot_t *snaps
     self->started = true;
 }
 
-/* Of one step, the same for every joint. */
+/* Values of one step, the same for every joint. */
 typedef struct {
     num_t decay;
-    num_t half;  /* of the step's length, s */
-    num_t late;  /* LATE_CYCLES of it and LATE_S, s */
-    num_t bound; /* of the error of a joint that stands, rad */
+    num_t half;  /* half of the step's length, s */
+    num_t late;  /* LATE_CYCLES of the step plus LATE_S, s */
+    num_t bound; /* bound for a joint at rest, rad */
 } step_t;
 
-/* gain / momentum_gain is the length of a step in s, 1 / momentum_gain of one cycle about 1/K. */
+/* gain / momentum_gain is the length of a step in s; 1 / momentum_gain of one cycle is about 1/K. */
 static step_t step_of(const observer_config_t *gains, uint32_t gap) {
     uint32_t held = 0;
     const num_t span = num_div(gains->gain[gap - 1u], gains->momentum_gain[gap - 1u], &held);
@@ -62,8 +63,8 @@ static bool agrees(plausibility_t *self, uint32_t i, const snapshot_t *snapshot,
     return num_abs(self->error_rad[i]) <= bound;
 }
 
-/* A reading that has not changed by one bit for a while, although the gravity torque has changed by more than a few
- * quanta since. Nothing but a dead channel does that. */
+/* True if a reading has not changed by one bit for a while, although the gravity torque has changed by more than a few
+ * steps. Only a dead channel does that. */
 static bool is_frozen(plausibility_t *self, uint32_t i, const snapshot_t *snapshot, const motion_t *motion) {
     uint32_t held = 0;
     if (snapshot->torque[i] != self->torque[i]) {

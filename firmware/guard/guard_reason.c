@@ -4,7 +4,7 @@ reason_class_t reason_class(guard_reason_t reason) {
     return ((uint32_t)reason < (uint32_t)GUARD_REASON_COUNT) ? (reason_class_t)reason_class_of[reason] : REASON_UNKNOWN;
 }
 
-/* 0 for no reason at all; what is unknown ranks with FAULT. */
+/* 0 for no reason. An unknown reason ranks with FAULT. */
 static uint32_t rank(guard_reason_t reason) {
     const reason_class_t class = reason_class(reason);
     if (reason == GUARD_REASON_UNINITIALISED) {

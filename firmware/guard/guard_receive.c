@@ -3,15 +3,14 @@
 #include "messages.h"
 #include "scale.h"
 
-/* Error rate of a sender: a leaky count, from which each good frame takes 1 away. A bad frame adds ERROR_STEP: more
- * than one in nine reaches the limit, and so do 8 in a row. A missing or late one adds LOSS_STEP: more than one in five
- * does. */
+/* Error rate of a sender: a leaky counter. Each good frame subtracts 1. A bad frame adds ERROR_STEP: more than one in
+ * nine, or 8 in a row, reach the limit. A missing or late frame adds LOSS_STEP: more than one in five reach it. */
 #define ERROR_STEP    8u
 #define LOSS_STEP     4u
 #define ERROR_LIMIT   64u
 #define REPEATS_LIMIT 3u
 
-/* Time against cycles: compared within a quarter, over WINDOW_US, but at least 16 and at most 64 cycles. */
+/* Time and cycles are compared within a quarter, over WINDOW_US, but at least 16 and at most 64 cycles. */
 #define WINDOW_US         64000u
 #define WINDOW_MIN_CYCLES 16u
 #define WINDOW_MAX_CYCLES 64u
@@ -37,7 +36,7 @@ static bool within(int32_t raw, int32_t min, int32_t max) {
     return (raw >= min) && (raw <= max);
 }
 
-/* Guard time and cycles must agree within a quarter. Until a whole window has shown it there is no permission. */
+/* Guard time and cycles must agree within a quarter. There is no permission before one whole window has shown it. */
 static void compare_clocks(guard_t *self, uint32_t advance, uint64_t now_us) {
     guard_inputs_t *const inputs = &self->inputs;
     if (!inputs->window_started) {
@@ -76,8 +75,8 @@ static void receive_sync(guard_t *self, const can_frame_t *frame, uint64_t now_u
     const uint16_t advance = (uint16_t)(message.cycle - self->inputs.snapshot.cycle);
     const bool jumped = !first && ((advance == 0u) || (advance > protocol_receive[PROTOCOL_RECEIVE_SYNC].max_delta));
     if (jumped) {
-        /* All 16 bits must advance as the counter does. A robot that counts from elsewhere is heard again at once, but
-         * everything that was evaluated before is of no use. */
+        /* All 16 bits must advance as the counter does. A robot with a new cycle number is accepted again at once, but
+         * everything evaluated before is invalid. */
         count(&self->counters.sequence_errors, 1u);
         note_fault(self, GUARD_REASON_CYCLE_JUMP, 0u);
         self->inputs.window_started = false;
@@ -104,7 +103,7 @@ static void add_errors(guard_t *self, uint32_t slot, uint32_t weight) {
     }
 }
 
-/* Good by itself, but of another cycle. */
+/* Valid, but of another cycle. */
 static void late(guard_t *self, uint32_t slot) {
     count(&self->counters.late_frames, 1u);
     add_errors(self, slot, LOSS_STEP);
@@ -120,7 +119,7 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t slot
         return;
     }
     if (message.cycle_high != (uint8_t)((self->inputs.snapshot.cycle >> 4) & 3u)) {
-        late(self, slot); /* of a cycle 16, 32 or 48 before, which the counter cannot tell */
+        late(self, slot); /* of a cycle 16, 32 or 48 before, which the counter cannot distinguish */
         return;
     }
     const num_t position = scale_to_num(message.position, PROTOCOL_JOINT_STATE_POSITION_SCALE);
@@ -130,9 +129,10 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t slot
         within(message.position, PROTOCOL_JOINT_STATE_POSITION_RAW_MIN, PROTOCOL_JOINT_STATE_POSITION_RAW_MAX) &&
         within(message.velocity, PROTOCOL_JOINT_STATE_VELOCITY_RAW_MIN, PROTOCOL_JOINT_STATE_VELOCITY_RAW_MAX) &&
         within(message.torque, PROTOCOL_JOINT_STATE_TORQUE_RAW_MIN, PROTOCOL_JOINT_STATE_TORQUE_RAW_MAX);
-    const bool on_robot = (position >= limits->position_min_rad) && (position <= limits->position_max_rad) &&
-                          (num_abs(velocity) <= limits->velocity_max_rad_s) &&
-                          (num_abs(torque) < limits->torque_max_nm); /* a sensor at its end tells nothing */
+    const bool on_robot =
+        (position >= limits->position_min_rad) && (position <= limits->position_max_rad) &&
+        (num_abs(velocity) <= limits->velocity_max_rad_s) &&
+        (num_abs(torque) < limits->torque_max_nm); /* at its limit a sensor's reading is meaningless */
     if (!(on_wire && on_robot)) {
         fault(self, GUARD_REASON_INPUT_RANGE, joint + 1u);
         return;
@@ -144,7 +144,7 @@ static void receive_joint(guard_t *self, const can_frame_t *frame, uint32_t slot
     } else if (status != SNAPSHOT_TAKEN) {
         late(self, slot);
     } else {
-        /* others are missing still */
+        /* others are still missing */
     }
 }
 
@@ -155,7 +155,7 @@ static bool task_configured(const guard_config_t *config, uint32_t task) {
 static void receive_task(guard_t *self, const can_frame_t *frame, uint32_t slot, uint64_t now_us) {
     struct tauperp_task_command_t message;
     tauperp_task_command_unpack(&message, frame->data);
-    /* Its counter is the cycle's: a command of another cycle is a stale one. */
+    /* Its counter is the cycle's. A command of another cycle is stale. */
     if (message.counter != (uint8_t)(self->inputs.snapshot.cycle & E2E_COUNTER_MASK)) {
         late(self, slot);
         return;
@@ -189,7 +189,7 @@ static void receive_reset(guard_t *self, const can_frame_t *frame) {
     self->inputs.request = request;
 }
 
-/* One frame under this id was good, bad (E2E_UNCHECKED: its format), came late or a second time. */
+/* Records that a frame under this id was good, bad (E2E_UNCHECKED: its format), late, or repeated. */
 static void judge_sender(guard_t *self, uint32_t slot, e2e_status_t status) {
     guard_inputs_t *const inputs = &self->inputs;
     const uint16_t bit = (uint16_t)(1u << slot);
@@ -199,7 +199,7 @@ static void judge_sender(guard_t *self, uint32_t slot, e2e_status_t status) {
         *errors = (uint8_t)((*errors > 0u) ? (*errors - 1u) : 0u);
         *repeats = ((inputs->repeated & bit) != 0u) ? *repeats : 0u;
         inputs->repeated &= (uint16_t)~bit;
-        /* An event has no rate: of a sender that starts again its counter jumps, and nothing is missing. */
+        /* An event has no rate: after a restart of the sender the counter jumps, and nothing is missing. */
         const bool lost = (status == E2E_SOME_LOST) && (protocol_receive[slot].timeout_cycles != 0u);
         add_errors(self, slot, lost ? (inputs->receiver[slot].lost * LOSS_STEP) : 0u);
         return;
@@ -211,11 +211,11 @@ static void judge_sender(guard_t *self, uint32_t slot, e2e_status_t status) {
     if (*repeats >= REPEATS_LIMIT) {
         note_fault(self, GUARD_REASON_ANOTHER_SENDER, joint_of(slot));
     } else {
-        add_errors(self, slot, ERROR_STEP); /* now and then a frame is lost */
+        add_errors(self, slot, ERROR_STEP); /* single frames may be lost */
     }
 }
 
-/* True if the frame may update signals; everything else is counted. */
+/* True if the frame may update signals. Every other frame is counted. */
 static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     const protocol_receive_t *const entry = &protocol_receive[slot];
     const uint8_t format = (self->config->format == (uint32_t)FORMAT_FD) ? (uint8_t)CAN_FRAME_FD : 0u;
@@ -243,7 +243,7 @@ static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     return e2e_accepts(status);
 }
 
-/* Whatever is in it: this guard's own do not come back to it. */
+/* Whatever it contains: the guard does not receive its own frames. */
 static bool is_stop_command(const can_frame_t *frame) {
     return (frame->id == protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id) &&
            ((frame->flags & (uint8_t)CAN_FRAME_EXTENDED) == 0u);

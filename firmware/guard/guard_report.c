@@ -19,7 +19,7 @@ static uint16_t held16(uint32_t value) {
     return (value > UINT16_MAX) ? (uint16_t)UINT16_MAX : (uint16_t)value;
 }
 
-/* Telemetry is held at the ends of its range; what the guard decides on is never rounded. */
+/* Telemetry saturates at the ends of its range. The values that the guard decides on are never rounded. */
 static int16_t torque_raw(num_t value) {
     return (int16_t)scale_to_raw(value, PROTOCOL_GUARD_INDEX_INDEX_SCALE, PROTOCOL_GUARD_INDEX_INDEX_RAW_MIN,
                                  PROTOCOL_GUARD_INDEX_INDEX_RAW_MAX);
@@ -45,7 +45,7 @@ static void stop_command(guard_t *guard, guard_output_t *out) {
     const uint8_t permission =
         out->permitted ? TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE : TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE;
     message.permission = permission;
-    /* From the second opinion. Where the two differ, the pair is none that permits motion. */
+    /* From the second computation. If the two differ, the pair permits nothing. */
     message.permission_inverted = out->withheld ? TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_STOP_CHOICE
                                                 : TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_MOVE_CHOICE;
     message.stop_category = out->stop_category;
@@ -64,7 +64,7 @@ static uint16_t singular_raw(num_t value) {
                                   PROTOCOL_GUARD_STATUS_SMALLEST_SINGULAR_RAW_MAX);
 }
 
-/* Fields that belong to another page are not packed: the generated code writes those of `page` only. */
+/* Fields of other pages are not packed: the generated code writes those of `page` only. */
 static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_guard_status_t *message) {
     const guard_counters_t *const counters = &guard->counters;
     message->state = (uint8_t)out->state;
@@ -128,7 +128,7 @@ void report_init(guard_report_t *self) {
     *self = (guard_report_t){.margin_us = UINT32_MAX};
 }
 
-/* StopCommand with every tick, then by turns a page of GuardStatus and a joint of GuardIndex. */
+/* StopCommand in every tick, then alternately a page of GuardStatus and a joint of GuardIndex. */
 void report_tick(guard_t *guard, guard_output_t *out) {
     guard_report_t *const self = &guard->report;
     out->frame_count = 0;
@@ -139,6 +139,6 @@ void report_tick(guard_t *guard, guard_output_t *out) {
     } else {
         joint_index(guard, out, (self->round_robin / 2u) % joints);
     }
-    /* Common multiple of twice the pages and twice any number of joints, so that no turn is cut short. */
+    /* common multiple of twice the pages and twice any number of joints, so that no sequence is cut short */
     self->round_robin = (self->round_robin + 1u) % (2u * (uint32_t)PAGE_COUNT * 840u);
 }

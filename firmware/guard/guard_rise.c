@@ -1,6 +1,6 @@
 #include "guard_parts.h"
 
-#define RISE_LEARNING_US 500000u /* the robot still stops, and may press harder while it does */
+#define RISE_LEARNING_US 500000u /* the robot still stops, and may press harder meanwhile */
 #define RISE_SNAPSHOTS   3u
 
 void rise_start(rise_t *self, uint64_t now_us) {

@@ -3,13 +3,13 @@
 
 /* --- parts -------------------------------------------------------------------------------------------------------- */
 
-/* The CRC catalogue's check value of CRC-32/ISO-HDLC. */
+/* Check value of CRC-32/ISO-HDLC from the CRC catalogue. */
 static bool crc32_answers(void) {
     static const uint8_t digits[9] = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
     return crc32_finish(crc32_fold(CRC32_START, digits, sizeof(digits))) == 0xCBF43926u;
 }
 
-/* A sealed frame passes; the same frame with one bit flipped does not. */
+/* A protected frame passes. The same frame with one flipped bit does not. */
 static bool e2e_answers(void) {
     const uint8_t *const ids = protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].data_ids;
     const uint8_t max_delta = 1;
@@ -29,8 +29,8 @@ static bool is_near(num_t a, num_t b, num_t tolerance) {
     return num_abs(a - b) < tolerance;
 }
 
-/* A = [e1 + e2, e2 - e1] / 4 and tau = (1, 2, 3): both directions explained, only e3 is left; with the tolerance above
- * both singular values (0.3536) nothing is explained. */
+/* A = [e1 + e2, e2 - e1] / 4 and tau = (1, 2, 3). Both directions are explained and only e3 remains. With a tolerance
+ * above both singular values (0.3536) nothing is explained. */
 static bool projection_answers(subspace_t *subspace) {
     static const num_t column[2][ROBOT_MAX_JOINTS] = {{NUM(0.25), NUM(0.25)}, {NUM(-0.25), NUM(0.25)}};
     const num_t near = NUM(1e-4);
@@ -49,7 +49,7 @@ static bool projection_answers(subspace_t *subspace) {
     return explained && kept;
 }
 
-/* One column of 0.3 with s = 0.1: of a torque of 10 along it 0.1^2 / (0.1^2 + 0.3^2) is left, all of it across. */
+/* One column of 0.3, s = 0.1. Of a torque of 10 along it 0.1^2 / (0.1^2 + 0.3^2) remains; across it, all. */
 static bool soft_projection_answers(soft_t *soft) {
     static const num_t column[1][ROBOT_MAX_JOINTS] = {{NUM(0), NUM(0.3)}};
     const num_t near = NUM(1e-4);
@@ -88,7 +88,7 @@ static bool motion_answers(motion_t *motion) {
 
 /* --- the chain ---------------------------------------------------------------------------------------------------- */
 
-/* Steps until every push has risen; the debounce comes on top. A step bridges CONFIG_MAX_GAP cycles. */
+/* Steps until every push has risen, without the debounce. A step bridges CONFIG_MAX_GAP cycles. */
 #define RISE_STEPS 64u
 
 /* The arm at rest in the middle of its ranges. */
@@ -99,7 +99,7 @@ static void rest(const robot_t *robot, snapshot_t *snapshot) {
     }
 }
 
-/* A row that explains nothing, with the thresholds of the first task that is configured. */
+/* A row that explains nothing, with the thresholds of the first configured task. */
 static task_config_t chain_task(const guard_config_t *config) {
     uint32_t chosen = TASK_NONE;
     while ((chosen < (uint32_t)TASK_COUNT - 1u) && (config->task[chosen].index.kind == (uint32_t)INDEX_OFF)) {
@@ -114,7 +114,7 @@ static num_t push_on(const robot_t *robot, uint32_t joint) {
     return robot->joint[joint].torque_max_nm;
 }
 
-/* r of a constant push after `step` steps is push (1 - decay^step): each joint its own, none another's. */
+/* r of a constant push after `step` steps is push (1 - decay^step), on the pushed joint only. */
 static bool residual_is_right(const guard_t *self, num_t remaining) {
     bool right = true;
     for (uint32_t i = 0; i < self->joints; ++i) {
@@ -126,7 +126,7 @@ static bool residual_is_right(const guard_t *self, num_t remaining) {
     return right;
 }
 
-/* 1: not yet, 2: every joint's push has reached the detector, 0: something is wrong. */
+/* 1: not yet, 2: every joint's push has reached the detector, 0: an error. */
 static self_test_t chain_step(guard_t *self, uint32_t step) {
     const guard_config_t *const config = self->config;
     const task_config_t task = chain_task(config);
@@ -137,7 +137,7 @@ static self_test_t chain_step(guard_t *self, uint32_t step) {
         self->self_test_remaining = NUM(1);
         motion_step(&self->motion, &config->robot, snapshot.position, snapshot.velocity);
     }
-    for (uint32_t i = 0; i < self->joints; ++i) { /* gravity of the step before: the pose is the same */
+    for (uint32_t i = 0; i < self->joints; ++i) { /* gravity of the last step: the pose is the same */
         snapshot.torque[i] = self->motion.gravity[i] + ((step == 0u) ? NUM(0) : push_on(&config->robot, i));
     }
     stages_step(self, &task, &snapshot, (step == 0u) ? 0u : CONFIG_MAX_GAP, (vec3_t){NUM(0), NUM(0), NUM(0)});
@@ -148,7 +148,7 @@ static self_test_t chain_step(guard_t *self, uint32_t step) {
     const observer_config_t *const gains = &config->observer;
     const num_t decay = gains->decay[CONFIG_MAX_GAP - 1u];
     self->self_test_remaining = num_mul(decay, self->self_test_remaining, &held);
-    if (step == 1u) { /* the sample at the beginning of the first interval was at rest, and has its share in the mean */
+    if (step == 1u) { /* the first sample of the first interval was at rest, and counts in the mean */
         const num_t share = (gains->torque_sample == (uint32_t)TORQUE_INTERVAL) ? NUM(0.375) : NUM(0.5);
         self->self_test_remaining =
             num_add(self->self_test_remaining, num_mul(gains->gain[CONFIG_MAX_GAP - 1u], share, &held), &held);
@@ -166,8 +166,7 @@ static self_test_t chain_step(guard_t *self, uint32_t step) {
     return (step < (RISE_STEPS + task.detector.debounce_ticks)) ? SELF_TEST_RUNNING : SELF_TEST_FAILED;
 }
 
-/* One column of 0.5 m and a torque of 1 Nm along it: a force of just below 2 N, which a limit of 1 N does not permit.
- */
+/* One column of 0.5 m and a torque of 1 Nm along it: a force just below 2 N. A limit of 1 N does not permit it. */
 static bool limits_answer(guard_t *self) {
     const index_config_t task = {.kind = (uint32_t)INDEX_CONTACT, .components = 1u};
     subspace_config_t config = self->config->subspace;

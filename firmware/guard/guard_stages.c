@@ -1,7 +1,7 @@
 #include "guard_parts.h"
 #include "token.h"
 
-/* What the last token must be when every stage ran on this snapshot. */
+/* The expected last token if every stage ran on this snapshot. */
 static uint32_t expected_token(const snapshot_t *snapshot, uint32_t joints) {
     uint32_t token =
         token_next(token_bits(snapshot->position, joints), TOKEN_MOTION, token_bits(snapshot->velocity, joints));
@@ -46,8 +46,8 @@ void stages_step(guard_t *self, const task_config_t *task, const snapshot_t *sna
     detector_step(&self->detector, &task->detector, joints, &self->bank);
 }
 
-/* The task that the controller asks for comes into force when the one before it has had its dwell: so each task in a
- * sequence of them gets the time in which it alone would find a contact. */
+/* The requested task becomes active when the active one has had its dwell. In any sequence of tasks each task thus gets
+ * the time in which it alone would detect a contact. */
 static void choose_task(guard_t *self, uint32_t gap) {
     const uint32_t wanted = self->inputs.task_number;
     const uint32_t room = UINT32_MAX - self->task_cycles;
@@ -69,7 +69,7 @@ void stages_run(guard_t *self) {
         const uint32_t room = UINT32_MAX - self->settled_cycles;
         self->settled_cycles += (gap < room) ? gap : room;
     }
-    /* Without a task there is nothing to explain, and no permission either: the residual is shown. */
+    /* Without a valid task there are no columns and no permission. The residual is still reported. */
     const uint32_t task = (self->task < (uint32_t)TASK_COUNT) ? self->task : (uint32_t)TASK_INVALID;
     snapshot_t corrected = *snapshot;
     sensor_correct(&self->config->sensor, self->joints, snapshot->velocity, snapshot->torque, corrected.torque);

@@ -1,9 +1,9 @@
 #include "guard_parts.h"
 #include "guard_reason.h"
 
-#define STANDING_TICKS 4u /* consecutive ticks at one and the same time: the clock stands */
+#define STANDING_TICKS 4u /* consecutive ticks at the same time: the clock stands still */
 
-/* The one number that bounds loops, in the block, here and in the snapshot: looked at before any of them runs. */
+/* The number that bounds loops, in the block, here and in the snapshot. It is checked before any loop runs. */
 static bool joint_count_is_valid(const guard_t *self) {
     return (self->joints <= ROBOT_MAX_JOINTS) && (self->joints == self->config->robot.joint_count) &&
            (((1u << self->joints) - 1u) == self->inputs.snapshot.expected);
@@ -31,7 +31,7 @@ static bool time_is_valid(const guard_t *self, uint64_t now_us) {
              from_the_future(&inputs->task, now_us) || (self->ticked && (now_us < self->last_tick_us)));
 }
 
-/* A tick comes once a cycle, so time must have moved since the one before. */
+/* A tick comes once per cycle, so time must have advanced since the last tick. */
 static bool clock_runs(guard_t *self, uint64_t now_us) {
     if (!self->ticked || (now_us != self->last_tick_us)) {
         self->standing_ticks = 0;

@@ -23,8 +23,8 @@ static bool is_older(const guard_input_t *input, uint32_t deadline_us, uint64_t 
     return !input->seen || (input->good_us > now_us) || ((now_us - input->good_us) > deadline_us);
 }
 
-/* The second opinion, from which the inverted copy of the permission comes. It does not look at the state's own word
- * but at its copy, and at what a permission rests on. True: no permission. */
+/* The second computation, for the inverted copy of the permission. It reads the state's inverted word instead of the
+ * state, and the conditions of a permission. True: no permission. */
 static bool is_withheld(const guard_t *self, uint64_t now_us) {
     const guard_config_t *const config = self->config;
     const bool other_state = self->state_inverted != ~(uint32_t)GUARD_STATE_MONITORING;

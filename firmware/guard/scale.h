@@ -1,9 +1,9 @@
-/* scale: raw signal integers to num_t and back, the same bits on every target.
+/* scale: converts raw signal integers to num_t and back, with the same bits on every target.
  *
- * A SCALE is written by tools/dbc2c only, from the factor of a signal: the factor in float32; factor * 2^(22 + shift)
- * rounded to an integer of 31 bits; and its reciprocal, which every factor of this wire has as a whole number.
- * Float: one IEEE multiplication each way. Q9.22: one 32 x 32 -> 64 bit product, halves away from zero; within
- * one step (2.4e-7) of the exact value for every 16-bit raw. Cost: a handful of instructions each.
+ * tools/dbc2c writes each SCALE from the factor of a signal: the factor in float32; factor * 2^(22 + shift) rounded to
+ * an integer of 31 bits; and its reciprocal, which is a whole number for every factor of this wire. Float: one IEEE
+ * multiplication each way. Q9.22: one 32 x 32 -> 64 bit product, halves away from zero; within one step (2.4e-7) of the
+ * exact value for every 16-bit raw. Cost: a few instructions each.
  */
 #ifndef TAUPERP_SCALE_H
 #define TAUPERP_SCALE_H
@@ -27,14 +27,14 @@ typedef struct {
 #endif
 
 #ifdef TAUPERP_FIXED
-/* value / 2^shift, halves away from zero; shifts no negative number, which C leaves to the compiler. */
+/* value / 2^shift, halves away from zero. No negative number is shifted: C leaves its result to the compiler. */
 static inline int64_t scale_round(int64_t value, uint32_t shift) {
     const int64_t half = (int64_t)1 << (shift - 1u);
     return (value < 0) ? -((half - value) >> shift) : ((value + half) >> shift);
 }
 #endif
 
-/* Physical value of `raw`, -32768 to 65535; in Q9.22 it must be within +-511 units. */
+/* Physical value of `raw`, -32768 to 65535. In Q9.22 it must be within +-511 units. */
 static inline num_t scale_to_num(int32_t raw, scale_t scale) {
 #ifdef TAUPERP_FIXED
     const int64_t product = (int64_t)raw * scale.multiplier;
@@ -44,8 +44,8 @@ static inline num_t scale_to_num(int32_t raw, scale_t scale) {
 #endif
 }
 
-/* Nearest raw of `value`, halves away from zero, held within [min, max] (min <= max, both within +-65535): for what
- * the guard reports, never for what it decides on. Not a number gives min. */
+/* Nearest raw of `value`, halves away from zero, clamped to [min, max] (min <= max, both within +-65535). For values
+ * that the guard reports, never for those that it decides on. NaN gives min. */
 static inline int32_t scale_to_raw(num_t value, scale_t scale, int32_t min, int32_t max) {
 #ifdef TAUPERP_FIXED
     const int64_t raw = scale_round((int64_t)value * scale.per_unit, 22u);

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #define NIBBLE_MASK   0x0Fu
-#define NIBBLE_BEHIND 8u /* nibble distances from here on are read as the past */
+#define NIBBLE_BEHIND 8u /* nibble distances from here on count as the past */
 
 bool snapshot_init(snapshot_t *self, uint32_t joint_count) {
     memset(self, 0, sizeof(*self));
@@ -63,9 +63,9 @@ uint32_t snapshot_take(snapshot_t *self) {
 
 bool snapshot_is_valid(const snapshot_t *self) {
     const uint32_t expected = self->expected;
-    const bool joints_hold = (expected != 0u) && ((expected & (expected + 1u)) == 0u) &&
-                             ((self->received & ~expected) == 0u) && (self->begun || (self->received == 0u));
-    const bool taken_holds =
+    const bool joints_valid = (expected != 0u) && ((expected & (expected + 1u)) == 0u) &&
+                              ((self->received & ~expected) == 0u) && (self->begun || (self->received == 0u));
+    const bool taken_valid =
         !self->taken || (self->referenced && (self->received == self->expected) && (self->taken_cycle == self->cycle));
-    return joints_hold && taken_holds && (self->begun || !self->referenced);
+    return joints_valid && taken_valid && (self->begun || !self->referenced);
 }

@@ -2,15 +2,21 @@
 
 import importlib.util
 import re
+import shlex
 import sys
+import textwrap
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
+import numpy as np
 import pytest
 
-from tauperp.cli import COMMANDS
+from tauperp import cli
+from tauperp.cli import COMMANDS, command_help
+from tauperp.config import load_configuration
 from tauperp.config.settings import Settings
 from tauperp.files import repository_root
 
@@ -60,6 +66,54 @@ def test_links_of_the_readme_lead_somewhere() -> None:
     for name in ("README.md", "SECURITY.md", "RELEASING.md"):
         for target in re.findall(r"\]\((?!https?:|mailto:|#)([^)#\s]+)", (ROOT / name).read_text()):
             assert (ROOT / target).exists(), f"{name}: {target}"
+
+
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("firmware/**/README.md")])
+
+
+def _calls(page: Path, program: str) -> list[list[str]]:
+    """Arguments of each call of a program in the page's indented code."""
+    lines = re.findall(rf"^ {{4,}}(?:sudo )?{program} (.*)$", page.read_text(), re.MULTILINE)
+    return [
+        shlex.split(re.split(r"[|>;&]| {3,}", re.sub(r"<\([^)]*\)", "FILE", line))[0], comments=True) for line in lines
+    ]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_command_of_a_page_exists_and_takes_its_arguments(page: Path) -> None:
+    makefiles = "\n".join(path.read_text() for path in (ROOT / "Makefile", *(ROOT / "tools").rglob("*.mk")))
+    targets = {name for line in re.findall(r"^([a-z][a-z -]*):", makefiles, re.MULTILINE) for name in line.split()}
+    for arguments in _calls(page, "make"):
+        assert {name for name in arguments if re.fullmatch(r"[a-z-]+", name)} <= targets, arguments
+    for arguments in _calls(page, "tauperp"):
+        if arguments != ["--help"]:
+            cli._parser(arguments[0]).parse_args(arguments)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_command_and_option_in_a_sentence_exists(page: Path) -> None:
+    for call in re.findall(r"`tauperp ([a-z][^`]*)`", page.read_text()):
+        name = call.split()[0]
+        assert name in COMMANDS, call
+        assert all(option in command_help(name) for option in re.findall(r"--[a-z][a-z-]*", call)), call
+
+
+def test_the_python_example_of_the_readme_runs() -> None:
+    text = (ROOT / "README.md").read_text()
+    example = re.search(r"^    from tauperp.firmware import Core\n(?:(?:    .*)?\n)*", text, re.MULTILINE)
+    assert example is not None
+    at_rest = {"q": np.zeros((20, 7)), "qd": np.zeros((20, 7)), "tau": np.zeros((20, 7)), "accel": np.zeros((20, 3))}
+    names: dict[str, Any] = dict(at_rest)
+    exec(textwrap.dedent(example[0]), names)
+    assert names["step"].index.shape == (20, 7)
+
+
+def test_the_configuration_of_the_readme_is_accepted(tmp_path: Path) -> None:
+    readme = (ROOT / "README.md").read_text()
+    text = re.search(r"^ +robot = .my_arm.urdf.\n(?:.*\n)*?.*threshold_nm.*\n", readme, re.MULTILINE)
+    assert text is not None
+    (tmp_path / "my_arm.toml").write_text(textwrap.dedent(text[0]).replace("my_arm.urdf", "panda"))
+    assert load_configuration(tmp_path / "my_arm.toml").robot.n == 7
 
 
 @pytest.mark.gate

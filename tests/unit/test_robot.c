@@ -10,10 +10,10 @@ void setUp(void) {
 }
 void tearDown(void) {}
 
-static void test_the_tables_that_ship_hold(void) {
+static void test_the_tables_that_ship_are_valid(void) {
     const robot_t *const shipped[] = {&robot_iiwa7, &robot_kinova3, &robot_ku_dex, &robot_panda, &robot_panda_bare};
     for (uint32_t i = 0; i < sizeof(shipped) / sizeof(shipped[0]); ++i) {
-        TEST_ASSERT_TRUE(robot_holds(shipped[i]));
+        TEST_ASSERT_TRUE(robot_is_valid(shipped[i]));
     }
 }
 
@@ -24,54 +24,54 @@ static void test_one_to_eight_joints_hold_and_no_others(void) {
             other.joint[i] = other.joint[0];
         }
         other.joint_count = n;
-        TEST_ASSERT_EQUAL((n >= 1u) && (n <= 8u), robot_holds(&other));
+        TEST_ASSERT_EQUAL((n >= 1u) && (n <= 8u), robot_is_valid(&other));
     }
     robot.joint_count = UINT32_MAX;
-    TEST_ASSERT_FALSE(robot_holds(&robot));
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
 }
 
-static void test_something_behind_the_last_joint_does_not_hold(void) {
-    TEST_ASSERT_TRUE(robot_holds(&robot));
+static void test_something_behind_the_last_joint_is_not_valid(void) {
+    TEST_ASSERT_TRUE(robot_is_valid(&robot));
     robot.joint[7].torque_max_nm = NUM(1);
-    TEST_ASSERT_FALSE(robot_holds(&robot));
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
     robot.joint[7].torque_max_nm = NUM(0);
     robot.joint[2].offset.x = NUM(0.001);
-    TEST_ASSERT_FALSE(robot_holds(&robot));
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
 }
 
-static void test_a_twist_that_is_not_of_unit_length_does_not_hold(void) {
+static void test_a_twist_that_is_not_of_unit_length_is_not_valid(void) {
     robot.joint[1].cos_twist = NUM(0.6);
-    TEST_ASSERT_FALSE(robot_holds(&robot));
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
     robot.joint[1].sin_twist = NUM(-0.8);
-    TEST_ASSERT_TRUE(robot_holds(&robot));
+    TEST_ASSERT_TRUE(robot_is_valid(&robot));
     robot.joint[1].sin_twist = NUM(-0.8001);
-    TEST_ASSERT_FALSE(robot_holds(&robot));
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
     robot.joint[1].sin_twist = NUM(-0.7999);
-    TEST_ASSERT_FALSE(robot_holds(&robot));
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
 }
 
-static void test_a_base_row_that_is_not_of_unit_length_does_not_hold(void) {
+static void test_a_base_row_that_is_not_of_unit_length_is_not_valid(void) {
     for (uint32_t row = 0; row < 3u; ++row) {
         robot_t other = robot;
         other.base[row][0] = NUM(0.5);
-        TEST_ASSERT_FALSE(robot_holds(&other));
+        TEST_ASSERT_FALSE(robot_is_valid(&other));
         other.base[row][0] = NUM(0);
         other.base[row][1] = NUM(0);
         other.base[row][2] = NUM(0);
-        TEST_ASSERT_FALSE(robot_holds(&other));
+        TEST_ASSERT_FALSE(robot_is_valid(&other));
     }
 }
 
-static void test_limits_out_of_order_do_not_hold(void) {
+static void test_limits_out_of_order_are_not_valid(void) {
     robot_t other = robot;
     other.joint[0].position_min_rad = other.joint[0].position_max_rad;
-    TEST_ASSERT_FALSE(robot_holds(&other));
+    TEST_ASSERT_FALSE(robot_is_valid(&other));
     other = robot;
     other.joint[1].velocity_max_rad_s = NUM(0);
-    TEST_ASSERT_FALSE(robot_holds(&other));
+    TEST_ASSERT_FALSE(robot_is_valid(&other));
     other = robot;
     other.joint[1].torque_max_nm = NUM(-1);
-    TEST_ASSERT_FALSE(robot_holds(&other));
+    TEST_ASSERT_FALSE(robot_is_valid(&other));
 }
 
 /* Each number of the table that products are summed with. */
@@ -90,20 +90,20 @@ static void test_lengths_moments_and_inertias_stay_below_64(void) {
     for (robot_t other = robot; factor(&other, count) != NULL; other = robot) {
         const bool is_length = (count >= 3u) && (count <= 8u); /* of the tip and of an offset: of the reach, below 60 */
         *factor(&other, count) = NUM(63.9);
-        TEST_ASSERT_EQUAL(!is_length, robot_holds(&other));
+        TEST_ASSERT_EQUAL(!is_length, robot_is_valid(&other));
         *factor(&other, count) = NUM(55);
-        TEST_ASSERT_TRUE(robot_holds(&other));
+        TEST_ASSERT_TRUE(robot_is_valid(&other));
         *factor(&other, count) = NUM(64);
-        TEST_ASSERT_FALSE(robot_holds(&other));
+        TEST_ASSERT_FALSE(robot_is_valid(&other));
         *factor(&other, count) = NUM(-64);
-        TEST_ASSERT_FALSE(robot_holds(&other));
+        TEST_ASSERT_FALSE(robot_is_valid(&other));
         ++count;
     }
     TEST_ASSERT_EQUAL(17, count);
 }
 
 /* What no number is: NaN and infinity in float, the one value without an opposite in fixed point. */
-static void test_what_is_not_a_number_does_not_hold(void) {
+static void test_what_is_not_a_number_is_not_valid(void) {
 #ifdef TAUPERP_FIXED
     const num_t bad[] = {INT32_MIN};
 #else
@@ -113,29 +113,29 @@ static void test_what_is_not_a_number_does_not_hold(void) {
         for (uint32_t i = 0; i < 17u; ++i) {
             robot_t other = robot;
             *factor(&other, i) = bad[b];
-            TEST_ASSERT_FALSE(robot_holds(&other));
+            TEST_ASSERT_FALSE(robot_is_valid(&other));
         }
         num_t *const others[] = {&robot.base[2][2], &robot.joint[1].sin_twist, &robot.joint[0].position_max_rad,
                                  &robot.joint[0].velocity_max_rad_s};
         for (uint32_t i = 0; i < 4u; ++i) {
             const num_t good = *others[i];
             *others[i] = bad[b];
-            TEST_ASSERT_FALSE(robot_holds(&robot));
+            TEST_ASSERT_FALSE(robot_is_valid(&robot));
             *others[i] = good;
         }
-        TEST_ASSERT_TRUE(robot_holds(&robot));
+        TEST_ASSERT_TRUE(robot_is_valid(&robot));
     }
 }
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_the_tables_that_ship_hold);
+    RUN_TEST(test_the_tables_that_ship_are_valid);
     RUN_TEST(test_one_to_eight_joints_hold_and_no_others);
-    RUN_TEST(test_something_behind_the_last_joint_does_not_hold);
-    RUN_TEST(test_a_twist_that_is_not_of_unit_length_does_not_hold);
-    RUN_TEST(test_a_base_row_that_is_not_of_unit_length_does_not_hold);
-    RUN_TEST(test_limits_out_of_order_do_not_hold);
+    RUN_TEST(test_something_behind_the_last_joint_is_not_valid);
+    RUN_TEST(test_a_twist_that_is_not_of_unit_length_is_not_valid);
+    RUN_TEST(test_a_base_row_that_is_not_of_unit_length_is_not_valid);
+    RUN_TEST(test_limits_out_of_order_are_not_valid);
     RUN_TEST(test_lengths_moments_and_inertias_stay_below_64);
-    RUN_TEST(test_what_is_not_a_number_does_not_hold);
+    RUN_TEST(test_what_is_not_a_number_is_not_valid);
     return UNITY_END();
 }

@@ -172,7 +172,7 @@ static void test_the_same_cycle_begun_again_has_nothing_to_go_on_from(void) {
     TEST_ASSERT_EQUAL_UINT(0, take(5));
 }
 
-static void test_a_corrupt_state_does_not_hold(void) {
+static void test_a_corrupt_state_is_not_valid(void) {
     (void)take(5);
     const snapshot_t good = snapshot;
     TEST_ASSERT_TRUE(snapshot_is_valid(&good));
@@ -219,6 +219,6 @@ int main(void) {
     RUN_TEST(test_the_gap_is_right_across_the_wrap_of_the_cycle_number);
     RUN_TEST(test_a_cycle_number_that_jumps_back_is_a_gap_that_no_step_bridges);
     RUN_TEST(test_the_same_cycle_begun_again_has_nothing_to_go_on_from);
-    RUN_TEST(test_a_corrupt_state_does_not_hold);
+    RUN_TEST(test_a_corrupt_state_is_not_valid);
     return UNITY_END();
 }
