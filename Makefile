@@ -21,7 +21,7 @@ include tools/make/check.mk
 include tools/make/boards.mk
 include tools/make/docs.mk
 
-.PHONY: help demo arms figures campaign-figures clean
+.PHONY: help demo arms figures campaign-figures fuzz clean
 
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
@@ -53,6 +53,11 @@ campaign-figures: kernel venv ## renew README's figures of the campaign and the 
 	@if [ -d "$(PANDA_FREE)" ]; then \
 	    $(VENV)/bin/tauperp campaign docs/plans/panda.toml --out out/figures/panda && cp out/figures/panda/report.png docs/figures/campaign_panda.png; \
 	    else echo "docs/figures/campaign_panda.png stays: no recordings in $(PANDA_FREE)"; fi
+
+# FRAMES and TARGET choose how long and at what: tools/fuzz --help.
+fuzz: venv ## random streams of frames against the guard, by libFuzzer: make fuzz [FRAMES=1e8] [TARGET=guard|block|e2e]
+	@tools/toolbox clang19
+	@$(VENV)/bin/python tools/fuzz run $(or $(TARGET),guard) --frames $(or $(FRAMES),1e8)
 
 clean: ## remove what was built (build, out); .venv and .toolbox stay
 	@rm -rf $(BUILD) out

@@ -7,7 +7,7 @@ reason_class_t reason_class(guard_reason_t reason) {
 /* 0 for no reason. An unknown reason ranks with FAULT. */
 static uint32_t rank(guard_reason_t reason) {
     const reason_class_t class = reason_class(reason);
-    if (reason == GUARD_REASON_UNINITIALISED) {
+    if ((reason == GUARD_REASON_UNINITIALISED) || (reason == GUARD_REASON_NONE)) {
         return 0u;
     }
     return (class == REASON_UNKNOWN) ? (uint32_t)REASON_FAULT : (uint32_t)class;

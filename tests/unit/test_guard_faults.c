@@ -99,6 +99,16 @@ static void test_what_the_board_tells_latches_from_any_running_state(void) {
     assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
 }
 
+/* Found by tests/fuzz: the permission stayed, but its inverted copy said stop for one tick. */
+static void test_a_board_that_reports_no_fault_changes_nothing(void) {
+    run_until_permitted(&bench);
+    guard_trip(&bench.guard, GUARD_REASON_NONE);
+    guard_trip(&bench.guard, GUARD_REASON_UNINITIALISED);
+    cycle(&bench);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+    TEST_ASSERT_FALSE(bench.out.withheld);
+}
+
 static void test_a_guard_without_a_good_configuration_says_stop(void) {
     bench.config.period_us = 0u;
     TEST_ASSERT_EQUAL(GUARD_BAD_CRC, guard_init(&bench.guard, &bench.config));
@@ -127,6 +137,7 @@ int main(void) {
     RUN_TEST(test_a_flipped_bit_of_the_state_is_a_fault);
     RUN_TEST(test_a_residual_that_is_no_number_is_a_fault);
     RUN_TEST(test_what_the_board_tells_latches_from_any_running_state);
+    RUN_TEST(test_a_board_that_reports_no_fault_changes_nothing);
     RUN_TEST(test_a_guard_without_a_good_configuration_says_stop);
     RUN_TEST(test_a_tick_before_the_last_one_is_a_fault);
     return UNITY_END();

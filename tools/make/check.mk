@@ -9,7 +9,7 @@ CLANG ?= clang
 # pytest is the one runner. ARGS adds options of its own: make test ARGS="-k bank"
 PYTEST = $(VENV)/bin/python -m pytest -q -n $(JOBS) $(ARGS)
 # As root, install first what the tests use (once); as a user, each test that lacks a tool says so in one line.
-TEST_TOOLS := can clang osmesa arm qemu valgrind
+TEST_TOOLS := can clang clang19 osmesa arm qemu valgrind
 # Everything that tests run, built side by side. What does not build fails the tests of it, which say why.
 PREPARED = library library-fixed $(NUMERICS:%=unit-programs-%) guard guard-sanitized $(BUILD)/bus-peer $(BUILD)/bus-soak $(BUILD)/controller
 PREPARED_TARGET = unit-images counting-images bench-images PEERS=

@@ -35,7 +35,11 @@ static bool is_for(const guard_config_t *block, const char *path, const char *ro
     if (strcmp(name, robot) == 0) {
         return true;
     }
-    /* Print a name only from data with the header of a block. */
+    /* Print a name only from data with the header of a block, and without characters that a terminal would obey. */
+    for (uint32_t i = 0; i < ROBOT_NAME_LENGTH; ++i) {
+        const bool drawn = (name[i] == '\0') || ((name[i] >= ' ') && (name[i] <= '~'));
+        name[i] = (char)(drawn ? name[i] : '?');
+    }
     if (block->magic == CONFIG_MAGIC) {
         complain("%s: the block is for the robot '%s', not for '%s'", path, name, robot);
     } else {

@@ -1,0 +1,64 @@
+/* The loader of the Linux process: what it says of a file that is no block for this robot. */
+#include "../../firmware/hosts/linux/block.c"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "guard_fixture.h"
+
+static char said[256];
+
+void complain(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(said, sizeof said, format, arguments);
+    va_end(arguments);
+}
+
+void setUp(void) {
+    said[0] = '\0';
+}
+
+void tearDown(void) {}
+
+static const guard_config_t *loaded(const guard_config_t *config, size_t size) {
+    char path[] = "/tmp/tauperp-block-XXXXXX";
+    const int file = mkstemp(path);
+    TEST_ASSERT_TRUE(file >= 0);
+    TEST_ASSERT_EQUAL(size, write(file, config, size));
+    (void)close(file);
+    const guard_config_t *const block = block_load(path, "ku_dex");
+    (void)unlink(path);
+    return block;
+}
+
+static void test_a_block_for_the_robot_is_loaded(void) {
+    const guard_config_t config = make_config();
+    const guard_config_t *const block = loaded(&config, sizeof config);
+    TEST_ASSERT_NOT_NULL(block);
+    TEST_ASSERT_EQUAL_MEMORY(&config, block, sizeof config);
+    TEST_ASSERT_EQUAL_STRING("", said);
+    (void)munmap((void *)(uintptr_t)block, sizeof config + 1u);
+}
+
+static void test_a_name_that_a_terminal_would_obey_is_printed_without_control_characters(void) {
+    guard_config_t config = make_config();
+    memcpy(config.robot.name, "\x1b[2J\nx\x7fy\xff", 10u);
+    TEST_ASSERT_NULL(loaded(&config, sizeof config));
+    TEST_ASSERT_NOT_NULL(strstr(said, "the block is for the robot '?[2J?x?y?', not for 'ku_dex'"));
+}
+
+static void test_a_file_that_is_too_short_is_refused(void) {
+    const guard_config_t config = make_config();
+    TEST_ASSERT_NULL(loaded(&config, sizeof config - 1u));
+    TEST_ASSERT_NOT_NULL(strstr(said, "bytes, a configuration block of this firmware has"));
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_a_block_for_the_robot_is_loaded);
+    RUN_TEST(test_a_name_that_a_terminal_would_obey_is_printed_without_control_characters);
+    RUN_TEST(test_a_file_that_is_too_short_is_refused);
+    return UNITY_END();
+}
