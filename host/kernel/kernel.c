@@ -259,7 +259,7 @@ static void row_reading(const kernel_setup_t *setup, const kernel_recording_t *r
 }
 
 uint32_t kernel_listen(const kernel_setup_t *setup, const kernel_recording_t *recording, double *residual,
-                       double *index, uint8_t *verdict, const volatile uint32_t *stop) {
+                       double *index, double *explained, uint8_t *verdict, const volatile uint32_t *stop) {
     session_t *const session = calloc(1, sizeof *session);
     const double none[3] = {0.0, 0.0, 0.0};
     uint32_t row = 0;
@@ -281,6 +281,9 @@ uint32_t kernel_listen(const kernel_setup_t *setup, const kernel_recording_t *re
                 const size_t at = ((size_t)row * setup->channels + c) * setup->joints + joint;
                 index[at] = value_of(bank->channel[c].output[joint]);
             }
+        }
+        for (uint32_t c = 0; c < KERNEL_COLUMNS; ++c) {
+            explained[(size_t)row * KERNEL_COLUMNS + c] = value_of(session->tracks.guard[0].explained.coefficient[c]);
         }
         verdict[row] = (uint8_t)((out->permitted ? 1u : 0u) | (out->fresh ? 2u : 0u));
     }

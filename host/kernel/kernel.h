@@ -14,7 +14,8 @@
 
 #include <stdint.h>
 
-#define KERNEL_ABI       3u
+#define KERNEL_ABI       4u
+#define KERNEL_COLUMNS   6u /* SUBSPACE_MAX_COLUMNS */
 #define KERNEL_JOINTS    8
 #define KERNEL_GUARDS    8  /* guards that receive the same frames; the first one controls the arm */
 #define KERNEL_DETECTORS 16 /* signals compared with thresholds in the same run */
@@ -193,12 +194,13 @@ uint32_t kernel_simulate(const kernel_setup_t *setup, const kernel_run_t *runs, 
                          kernel_result_t *results, const volatile uint32_t *stop);
 
 /* Sends a recording through the first guard. It requests a reset whenever the guard does not permit motion. Writes r
- * (rows, joints) and the index in each channel of the bank (rows, channels, joints), both Nm, and the verdict of each
- * row: bit 0 permitted, bit 1 a new snapshot was evaluated. Returns the number of rows that were sent. It is smaller
+ * (rows, joints) and the index in each channel of the bank (rows, channels, joints), both Nm, the coefficients of what
+ * the task explains (rows, KERNEL_COLUMNS; core/explained.h), and the verdict of each row: bit 0 permitted, bit 1 a new
+ * snapshot was evaluated. Returns the number of rows that were sent. It is smaller
  * than `rows` if the guard went to FAULT or a reading left the wire's range.
  */
 uint32_t kernel_listen(const kernel_setup_t *setup, const kernel_recording_t *recording, double *residual,
-                       double *index, uint8_t *verdict, const volatile uint32_t *stop);
+                       double *index, double *explained, uint8_t *verdict, const volatile uint32_t *stop);
 
 /* Like kernel_simulate(), for pushes that are added to a recording's torques through the transposed Jacobian.
  * `injections` are sorted by row. The guards receive the recording up to a push. A copy of their state then receives

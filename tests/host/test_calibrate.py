@@ -4,13 +4,14 @@ import csv
 import re
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import can
 import numpy as np
 import pytest
 
-from tauperp.calibrate import tail
+from tauperp.calibrate import explained, tail
 from tauperp.calibrate.calibration import Calibration, calibrate
 from tauperp.calibrate.correction import offset_at_rest
 from tauperp.calibrate.coverage import coverage
@@ -129,7 +130,7 @@ def test_velocities_in_degrees_are_named() -> None:
 def test_the_cases_of_wrong_sign_and_degrees_are_named() -> None:
     panda = load_configuration("default", robot="panda").robot
     with pytest.raises(InputError, match=r"joint \d .*minus the model's"):
-        check_joints([read_motion(CASES / "11-torque-sign-opposite" / "still_sign.csv", 7).untouched], panda)
+        check_joints(read_motion(CASES / "11-torque-sign-opposite" / "still_sign.csv", 7).untouched_parts(), panda)
     kinova = load_configuration("default", robot="kinova3").robot
     with pytest.raises(InputError, match="in degrees"):
         check_joints([read_motion(CASES / "10-kinova-degrees-0-360" / "kinova_deg360.csv", 7)], kinova)
@@ -164,15 +165,74 @@ def test_too_short_a_recording_is_refused() -> None:
         calibrate([wave(9)], load_configuration("default", robot=ROBOT), alarms_per_hour=1, held_out=0.33)
 
 
-def test_a_touched_recording_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_labelled_touches_are_cut_out() -> None:
+    motion = wave(24)
+    touched = np.isin(np.arange(len(motion.time_s)), np.arange(2000, 2200))  # from 10 s to 11 s
+    torque = motion.tau.copy()
+    torque[touched] += 30.0
+    pushed = replace(motion, tau=torque, touched=touched)
+    before, behind = pushed.untouched_parts()
+    assert before.duration_s == pytest.approx(9.7, abs=0.02)
+    assert behind.duration_s == pytest.approx(24 - 11.7, abs=0.02)
+    found = calibrate(
+        [pushed], load_configuration("default", robot=ROBOT), alarms_per_hour=60, held_out=0.33, limits=True
+    )
+    assert max(float(task.threshold_nm.max()) for task in found.tasks) < 3.0
+    assert "22.0 of 24.0 s are clear of touches and used, in 2 parts" in found.notes[0]
+
+
+def test_limits_of_what_is_explained_are_a_margin_above_it_and_never_above_those_in_force(found: Calibration) -> None:
+    explains = {one.task: one.explained for one in found.tasks}
+    contact, payload = explains["contact"], explains["payload"]
+    assert explains["none"] is None
+    assert contact is not None
+    assert payload is not None
+    assert contact.proposed["force_max_n"] == pytest.approx(max(explained.MARGIN * contact.force_n, 5.0), abs=0.06)
+    assert payload.proposed["force_slack_n"] <= 25.0
+    assert found.configuration.settings.task.contact.limits.force_max_n == 140.0  # not without `limits`
+    tight = load_configuration("default", robot=ROBOT, overrides={"task": {"contact": {"limits": {"force_max_n": 2}}}})
+    one = explained.explained(np.full((3, 6), 4.0), tight, "contact")
+    assert one is not None
+    assert one.force_n == pytest.approx(4 * 3**0.5)
+    assert one.proposed["force_max_n"] == 2.0
+    assert "force_max_n" in one.beyond
+
+
+def test_the_written_file_keeps_what_the_installation_has_of_its_own(tmp_path: Path) -> None:
+    own = tmp_path / "cell.toml"
+    own.write_text(
+        'robot = "ku_dex"\n[deadline]\ntick_cycles = 3\n'
+        "[[bank.channel]]\nlow_pass_per_s = 30.0\norder = 2\n"
+        '[[bank.channel]]\nlow_pass_per_s = 120.0\norder = 2\nhigh_pass_hz = 8.0\nof = "sudden"\n'
+        "[task.none]\nthreshold_nm = 1.0\n[task.payload]\nthreshold_nm = 1.0\n"
+        '[task.contact]\nthreshold_nm = 1.0\nindex = "d_f"\n'
+        'components = ["fx", "fz"]\nfast = ["fx"]\nframe = "tool"\npoint_m = [0.0, 0.0, 0.1]\n'
+        "[task.contact.limits]\nforce_max_n = 90.0\n"
+    )
+    table = write_table(wave(14), tmp_path / "m.csv")
+    out = tmp_path / "out"
+    assert main(["calibrate", str(table), "--config", str(own), "--out", str(out)]) == 0
+    before, after = load_configuration(own), load_configuration(out / "calibration.toml")
+    assert after.settings.deadline == before.settings.deadline
+    assert after.settings.bank == before.settings.bank
+    free = {"threshold_nm": []}
+    for task in ("none", "payload", "contact"):
+        changed = [one.settings.task[task].model_copy(update=free) for one in (before, after)]
+        assert changed[0] == changed[1]
+    assert main(["config", str(out / "calibration.toml")]) == 0
+
+
+def test_a_recording_that_is_touched_all_the_time_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = write_table(wave(12), tmp_path / "touched.csv")
     lines = path.read_text().splitlines()
-    marked = [f"{line},{'label' if k == 0 else int(500 < k < 600)}" for k, line in enumerate(lines)]
+    marked = [f"{line},{'label' if k == 0 else int(k % 400 > 300)}" for k, line in enumerate(lines)]
     path.write_text("\n".join(marked) + "\n")
     out = tmp_path / "out"
     assert main(["calibrate", str(path), "--robot", "ku_dex", "--out", str(out)]) == 2
     errors = capsys.readouterr().err.splitlines()
-    assert "touched at 2.50 s" in errors[-1]
+    assert "touched at 1.50 s and 5 more times: no part of 2 s is clear" in errors[-1]
     assert not out.exists()
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauperp.config import NUMERICS, Numeric, load_configuration
+from tauperp.config import NUMERICS, TASKS, Numeric, load_configuration
 from tauperp.config.block import CRC_END, block_dtype, channel_constants
 from tauperp.firmware import load_library
 
@@ -337,6 +337,25 @@ def leaves(kind: Any, place: str = "") -> set[str]:
         base = field.base
         found |= leaves(base, f"{place}{name}.") if base.fields else {f"{place}{name}"}
     return found
+
+
+@pytest.mark.parametrize("rate_hz", [100.0, 200.0, 250.0, 500.0])
+def test_the_channels_of_a_bank_are_valid_at_every_rate(rate_hz: float) -> None:
+    """Also that of `sudden`, whose high-pass leaves less than half of a step where cycles are long."""
+    slow, fast = {"low_pass_per_s": 30.0, "order": 2}, {"low_pass_per_s": 120.0, "order": 2}
+    channels = [slow, {**fast, "high_pass_hz": 3.0}, {**fast, "high_pass_hz": 8.0, "of": "sudden"}]
+    tasks: dict[str, Any] = {name: {"threshold_nm": 1.0, "fast": []} for name in TASKS}
+    tasks["contact"]["fast"] = ["fx", "fy", "fz"]
+    tables = {
+        "wire": {"rate_hz": rate_hz, "format": "fd"},
+        "bank": {"channel": channels},
+        "task": tasks,
+    }
+    configuration = load_configuration("default", robot="panda", overrides=tables)
+    library = load_library("float32")
+    config = library.new("guard_config_t *")
+    library.ffi.memmove(config, configuration.block(), len(configuration.block()))
+    assert library.lib.config_check(config) == library.lib.GUARD_OK
 
 
 def test_every_field_has_a_row() -> None:

@@ -245,6 +245,9 @@ static void test_fast_components_and_a_channel_of_sudden_go_together(void) {
     config.subspace.projector = PROJECTOR_HARD;
     assert_status(GUARD_BAD_TASK);
     make_sudden(7u, 3u);
+    config.bank.channel[1].high_pass[0] = NUM(0.9); /* nothing is left of a step */
+    assert_status(GUARD_BAD_BANK);
+    make_sudden(7u, 3u);
     config.bank.channel[1].high_pass[0] = NUM(0);
     assert_status(GUARD_BAD_BANK);
     make_sudden(7u, 3u);

@@ -12,9 +12,10 @@ from tauperp.busload import worst_case_load
 from tauperp.calibrate import tail
 from tauperp.calibrate.correction import Correction, apparent_payload, fit_correction, offset_at_rest
 from tauperp.calibrate.coverage import coverage
+from tauperp.calibrate.explained import Explained, explained
 from tauperp.calibrate.joints import check_joints
 from tauperp.calibrate.sources import Motion
-from tauperp.config import LOAD_LIMIT, TASKS, Configuration, Numeric, TaskName
+from tauperp.config import LOAD_LIMIT, TASKS, Configuration, Numeric
 from tauperp.config.configuration import SETTLING, THRESHOLD_SHARE
 from tauperp.errors import InputError
 from tauperp.intervals import poisson
@@ -34,7 +35,7 @@ MOST_OF_LIMIT = 0.99  # of what a configuration may have
 class TaskCalibration:
     """Thresholds of one task. `signal`: the index over all motions, and `held_out` where it was not fitted."""
 
-    task: TaskName
+    task: str
     index: str
     threshold_nm: FloatArray  # (channels, n)
     fitted_maxima: FloatArray  # (blocks, channels, n)
@@ -47,6 +48,7 @@ class TaskCalibration:
     others: dict[str, float]  # by recording: share of its blocks above thresholds from all the others
     speed_share: FloatArray  # (n,) in the first channel, of the block maxima's variance that the block's speed explains
     speed_gain: FloatArray  # (channels, n) by which thresholds that grow with speed would be lower on held-out data
+    explained: Explained | None  # of all motions, where the task explains something
 
     def report(self) -> dict[str, Any]:
         """For JSON."""
@@ -61,6 +63,7 @@ class TaskCalibration:
             "held_out_alarms_per_hour_interval": [_number(value) for value in self.held_interval],
             "share_above_when_calibrated_on_the_others": {name: round(value, 4) for name, value in self.others.items()},
             "share_by_which_a_speed_term_would_lower_thresholds": self.speed_gain.round(3).tolist(),
+            "explained": None if self.explained is None else self.explained.report(),
             "share_of_variance_that_speed_explains": [round(float(value), 3) for value in self.speed_share],
         }
 
@@ -80,6 +83,7 @@ class Calibration:
     wanted_per_hour: float
     hours: float  # of motion behind the warm-up
     held_out: float
+    writes_limits: bool  # the proposed limits are the configuration's
 
     @property
     def promised_per_hour(self) -> float:
@@ -95,29 +99,32 @@ def calibrate(
     alarms_per_hour: float,
     held_out: float,
     rest: Motion | None = None,
+    limits: bool = False,
     numeric: Numeric = "float32",
     progress: Callable[[float, str], None] = lambda share, phase: None,
 ) -> Calibration:
     """Calibrate every task that the configuration has on.
 
-    motions         without touches, all at one rate
+    motions         all at one rate; labelled touches are cut out
     held_out        share at the end of each motion that judges, 0.1 to 0.9
     rest            an arm at rest and unloaded, for the offsets; without it they come from the motions
+    limits          the proposed limits of what tasks explain become the configuration's
 
     Raises InputError for motions that are too short, touched, or do not fit the robot.
     """
     progress(0.0, "checking the joints")
-    every = [*motions, *([rest] if rest else [])]
-    checks = check_joints([motion.untouched for motion in every], configuration.robot)
-    for motion in every:
-        motion.refuse_touches()
-    at_rate = at_rate_of(motions, configuration)
     notes: list[str] = []
+    motions = _without_touches(motions, notes)
+    checks = check_joints([*motions, *([rest] if rest else [])], configuration.robot)
+    if rest is not None:
+        rest.refuse_touches()
+    at_rate = at_rate_of(motions, configuration)
     progress(0.1, "offsets and friction")
     correction, offset_from = _correct(motions, rest, at_rate, held_out, numeric, notes)
     corrected = [correction.apply(motion) for motion in motions]
     tasks = []
-    active = [task for task in TASKS if at_rate.settings.task[task].index != "off"]
+    numbers = at_rate.settings.task.numbers
+    active = [task for task in numbers if at_rate.settings.task[task].index != "off"]
     for number, task in enumerate(active):
         progress(0.2 + 0.7 * number / len(active), f"thresholds of task {task}")
         tasks.append(_calibrate_task(task, corrected, at_rate, alarms_per_hour, held_out, numeric))
@@ -126,13 +133,13 @@ def calibrate(
         "offset_nm": [round(float(value), 3) for value in correction.offset_nm],
         "friction_nm": [round(float(value), 3) for value in correction.friction_nm],
     }
-    values: dict[str, Any] = {
-        one.task: {
-            **at_rate.settings.task[one.task].model_dump(),
-            "threshold_nm": _for_file(one.threshold_nm),
-        }
-        for one in tasks
-    }
+    rows = {name: at_rate.settings.task[name].model_dump() for name in numbers}
+    for one in tasks:
+        rows[one.task]["threshold_nm"] = _for_file(one.threshold_nm)
+        if limits and one.explained is not None:
+            rows[one.task]["limits"] |= one.explained.proposed
+    own = [row for name, row in rows.items() if name not in TASKS]
+    values: dict[str, Any] = {**{name: rows[name] for name in TASKS}, "more": own}
     progress(1.0, "done")
     return Calibration(
         at_rate.changed(sensor=sensor, task=values),
@@ -146,7 +153,23 @@ def calibrate(
         alarms_per_hour,
         sum(max(0.0, motion.duration_s - WARM_UP_S) for motion in motions) / 3600,
         held_out,
+        limits,
     )
+
+
+def _without_touches(motions: Sequence[Motion], notes: list[str]) -> list[Motion]:
+    """The parts of the motions in which nobody touches the arm."""
+    found = []
+    for motion in motions:
+        parts = motion.untouched_parts()
+        found += parts
+        if motion.touched is not None:
+            left = sum(part.duration_s for part in parts)
+            notes.append(
+                f"{motion.name}: {left:.1f} of {motion.duration_s:.1f} s are clear of touches and used, "
+                f"in {len(parts)} parts"
+            )
+    return found
 
 
 def at_rate_of(motions: Sequence[Motion], configuration: Configuration) -> Configuration:
@@ -177,17 +200,15 @@ def at_rate_of(motions: Sequence[Motion], configuration: Configuration) -> Confi
 
 
 def _listen(
-    motion: Motion, configuration: Configuration, task: TaskName, numeric: Numeric
-) -> tuple[FloatArray, FloatArray]:
-    """Of each row behind the warm-up: r (m, n), and the index (m, channels n)."""
-    bench = Bench([configuration], [], numeric=numeric)
-    heard = bench.listen(
-        (motion.q, motion.qd, motion.tau), cycles_of(motion.time_s, configuration.period_us), TASKS[task]
-    )
+    motion: Motion, configuration: Configuration, task: str, numeric: Numeric
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of each row behind the warm-up: r (m, n), the index (m, channels n), coefficients of what is explained (m, 6)."""
+    bench, number = Bench([configuration], [], numeric=numeric), configuration.settings.task.numbers[task]
+    heard = bench.listen((motion.q, motion.qd, motion.tau), cycles_of(motion.time_s, configuration.period_us), number)
     if heard.rows < len(motion.time_s):
         raise InputError(f"{motion.name}: row {heard.rows + 1}: a reading beyond what the wire carries")
     first = int(np.searchsorted(motion.time_s, WARM_UP_S))
-    return heard.residual[first:], heard.index[first:].reshape(len(heard.index) - first, -1)
+    return heard.residual[first:], heard.index[first:].reshape(len(heard.index) - first, -1), heard.explained[first:]
 
 
 def _behind_warm_up(motion: Motion) -> Motion:
@@ -253,7 +274,7 @@ def _check_length(motions: Sequence[Motion], held_out: float) -> None:
 
 
 def _calibrate_task(
-    task: TaskName,
+    task: str,
     motions: Sequence[Motion],
     configuration: Configuration,
     alarms_per_hour: float,
@@ -261,7 +282,8 @@ def _calibrate_task(
     numeric: Numeric,
 ) -> TaskCalibration:
     block_rows = max(1, round(BLOCK_S * 1e6 / configuration.period_us))
-    signals = [_listen(motion, configuration, task, numeric)[1] for motion in motions]
+    heard = [_listen(motion, configuration, task, numeric) for motion in motions]
+    signals = [index for _, index, _ in heard]
     cut = [round((1 - held_out) * len(signal)) for signal in signals]
     fitted = [tail.block_maxima(signal[:at], block_rows) for signal, at in zip(signals, cut, strict=True)]
     judged = [tail.block_maxima(signal[at:], block_rows) for signal, at in zip(signals, cut, strict=True)]
@@ -298,6 +320,7 @@ def _calibrate_task(
         others,
         _explained(np.concatenate(speeds), maxima[:, :n]),
         gain.reshape(channels, n),
+        explained(np.concatenate([coefficients for _, _, coefficients in heard]), configuration, task),
     )
 
 

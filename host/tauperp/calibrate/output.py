@@ -6,17 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from tauperp import page
-from tauperp.calibrate import tail
+from tauperp.calibrate import explained, tail
 from tauperp.calibrate.calibration import Calibration
+from tauperp.config.write import changes, toml_lines
 from tauperp.firmware import load_library
 from tauperp.provenance import provenance, provenance_line
-
-
-def _list(values: Any) -> str:
-    """A list, or a list of lists, as TOML."""
-    if len(values) and isinstance(values[0], list):
-        return "[" + ", ".join(_list(row) for row in values) + "]"
-    return "[" + ", ".join(f"{float(value):g}" for value in values) + "]"
 
 
 def robot_key(model: str, chain: Mapping[str, Any]) -> str:
@@ -34,7 +28,6 @@ def _word(value: Any) -> str:
 
 def toml(calibration: Calibration, robot: str, preset: str, chain: Mapping[str, Any]) -> str:
     """The installation's file; `robot`, `chain` and `preset` as the command was given them."""
-    settings = calibration.configuration.settings
     names = ", ".join(motion.name for motion in calibration.motions)
     lines = [
         f"# Thresholds by `tauperp calibrate` from {names}: {3600 * calibration.hours:.0f} s of motion.",
@@ -44,44 +37,9 @@ def toml(calibration: Calibration, robot: str, preset: str, chain: Mapping[str, 
         "",
         robot_key(robot, chain),
         f'preset = "{preset}"',
-        "",
-        "[wire]",
-        f"rate_hz = {settings.wire.rate_hz:.10g}",
-        f'format = "{settings.wire.format}"',
-        "",
-        "[observer]",
-        f"gain_per_s = {settings.observer.gain_per_s:g}",
-        f'torque_sample = "{settings.observer.torque_sample}"',
-        "",
-        *_reset(settings.reset.healthy_ms),
-        *_bank(settings.bank),
-        "[sensor]",
-        f"offset_nm = {_list(settings.sensor.offset_nm)}",
-        f"friction_nm = {_list(settings.sensor.friction_nm)}",
+        *toml_lines(changes(calibration.configuration, preset)),
     ]
-    for one in calibration.tasks:
-        task = settings.task[one.task]
-        lines += [
-            "",
-            f"[task.{one.task}]",
-            f'index = "{task.index}"',
-            f"threshold_nm = {_list(task.threshold_nm)}",
-            f"debounce_ticks = {task.debounce_ticks}",
-        ]
     return "\n".join(lines) + "\n"
-
-
-def _reset(healthy_ms: float | None) -> list[str]:
-    """The healthy time where it is not the observer's settling time."""
-    return [] if healthy_ms is None else ["[reset]", f"healthy_ms = {healthy_ms:.6g}", ""]
-
-
-def _bank(bank: Any) -> list[str]:
-    """The filters that the thresholds belong to."""
-    lines = []
-    for one in bank.channel:
-        lines += ["[[bank.channel]]", *(f"{key} = {value:g}" for key, value in one.model_dump().items()), ""]
-    return lines
 
 
 def report(calibration: Calibration) -> dict[str, Any]:
@@ -133,6 +91,9 @@ def lines(calibration: Calibration) -> list[str]:
         f"{3600 * calibration.hours:.0f} s of motion: without an alarm the held-out part would promise "
         f"{supported:.3g} per hour at 95 % (3 / T), whatever the tail says"
     )
+    for one in calibration.tasks:
+        if one.explained is not None:
+            text += explained.lines(one.task, one.explained, written=calibration.writes_limits)
     text += calibration.notes
     missing = calibration.coverage["missing"]
     text += ["not covered:", *(f"  {sentence}" for sentence in missing)] if missing else ["covered: speed and poses"]
@@ -186,6 +147,21 @@ def html(calibration: Calibration, png: bytes) -> str:
         page.table(("joint", "not seen"), [sentence.split(": ", 1) for sentence in content["coverage"]["missing"]]),
         page.heading("Checks"),
         page.table(("joint", "against the model"), [sentence.split(": ", 1) for sentence in calibration.checks]),
+        page.heading("What tasks explain of untouched motion"),
+        page.table(
+            ("task", "force, N", "moment, Nm", f"limits with a margin of {explained.MARGIN:g}"),
+            [
+                [
+                    one.task,
+                    f"{one.explained.force_n:.1f}",
+                    f"{one.explained.moment_nm:.1f}",
+                    ", ".join(f"{key} = {value:g}" for key, value in one.explained.proposed.items())
+                    + (": written" if calibration.writes_limits else ": proposed"),
+                ]
+                for one in calibration.tasks
+                if one.explained is not None
+            ],
+        ),
         *(page.note(sentence) for sentence in calibration.notes),
         page.note(provenance_line(content["hashes"])),
     ]

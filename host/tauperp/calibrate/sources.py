@@ -18,11 +18,13 @@ FloatArray = npt.NDArray[np.float64]
 
 BUS_LOGS = (".blf", ".asc", ".log", ".trc", ".db")
 CYCLES = 1 << 16
+BEFORE_TOUCH_S, AFTER_TOUCH_S = 0.3, 0.7  # left out around a touch: labels are by hand, and filters remember
+PART_S = 2.0  # the shortest part between two touches that is used
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Motion:
-    """Readings of an arm that nobody touches, one row a cycle. Torque Nm with the sign of the gravity torque."""
+    """Readings of an arm, one row a cycle. Torque Nm with the sign of the gravity torque."""
 
     name: str
     time_s: FloatArray  # (m,) from 0
@@ -30,7 +32,7 @@ class Motion:
     qd: FloatArray  # (m, n) rad/s
     tau: FloatArray  # (m, n) Nm
     is_mean_torque: bool  # the mean since the row before (the bus's joints), not a sample
-    touched_row: int | None = None  # the first row in which somebody touches the arm
+    touched: npt.NDArray[np.bool_] | None = None  # (m,) rows in which somebody touches the arm; None: none
 
     @property
     def period_us(self) -> int:
@@ -41,16 +43,36 @@ class Motion:
     def duration_s(self) -> float:
         return float(self.time_s[-1])
 
-    @property
-    def untouched(self) -> "Motion":
-        """The rows before the first touch."""
-        return self if self.touched_row is None else self.part(0, max(self.touched_row, 2))
+    def untouched_parts(self) -> list["Motion"]:
+        """The motion itself, or the parts of it that are clear of every touch; named by where they begin.
+
+        Raises InputError if there is none of PART_S.
+        """
+        if self.touched is None:
+            return [self]
+        near = np.zeros(len(self.time_s), bool)
+        edges = np.flatnonzero(np.diff(self.touched.astype(int), prepend=0, append=0)).reshape(-1, 2)
+        for first, last in edges:
+            begin_s, end_s = self.time_s[first] - BEFORE_TOUCH_S, self.time_s[last - 1] + AFTER_TOUCH_S
+            near |= (self.time_s >= begin_s) & (self.time_s <= end_s)
+        clear = np.flatnonzero(np.diff((~near).astype(int), prepend=0, append=0)).reshape(-1, 2)
+        parts = [
+            dataclasses.replace(self.part(first, last), name=f"{self.name} from {self.time_s[first]:.1f} s")
+            for first, last in clear
+            if self.time_s[last - 1] - self.time_s[first] >= PART_S
+        ]
+        if not parts:
+            raise InputError(
+                f"{self.name}: touched at {self.time_s[edges[0][0]]:.2f} s and {len(edges) - 1} more times: no part of"
+                f" {PART_S:g} s is clear of touches; record the arm without touches"
+            )
+        return parts
 
     def refuse_touches(self) -> None:
         """Raises InputError if somebody touches the arm."""
-        if self.touched_row is not None:
-            at_s = float(self.time_s[self.touched_row])
-            raise InputError(f"{self.name}: touched at {at_s:.2f} s; a calibration needs recordings without touches")
+        if self.touched is not None:
+            at_s = float(self.time_s[int(np.argmax(self.touched))])
+            raise InputError(f"{self.name}: touched at {at_s:.2f} s; this takes recordings without touches")
 
     def corrected(self, tau: FloatArray) -> "Motion":
         """The same with other torques."""
@@ -61,7 +83,7 @@ class Motion:
         rows = slice(first, last)
         return dataclasses.replace(
             self,
-            touched_row=None,
+            touched=None,
             time_s=self.time_s[rows] - self.time_s[first],
             q=self.q[rows],
             qd=self.qd[rows],
@@ -92,8 +114,9 @@ def read_motion(
     if recording.damage is not None:
         raise InputError(recording.damage)
     touched = recording.touched
-    row = int(np.argmax(touched)) if touched is not None and touched.any() else None
-    return Motion(recording.name, recording.time_s, recording.q, recording.qd, recording.tau, False, row)
+    if touched is not None and not touched.any():
+        touched = None
+    return Motion(recording.name, recording.time_s, recording.q, recording.qd, recording.tau, False, touched)
 
 
 def motion_of_frames(frames: Iterable[can.Message], joints: int, name: str) -> Motion:

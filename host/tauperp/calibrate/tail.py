@@ -116,9 +116,10 @@ def speed_gain(fitted: FloatArray, speed: FloatArray, held: FloatArray, held_spe
         if not len(held) or float(np.var(x)) < 1e-9:
             continue
         slope = max(0.0, float(np.mean((x - x.mean()) * (y - y.mean())) / np.var(x)))
-        constant, limits = float(y.max()), float((y - slope * x).max()) + slope * held_speed[:, k]
+        constant = max(float(y.max()), SMALLEST_NM)
+        limits = np.maximum(float((y - slope * x).max()) + slope * held_speed[:, k], SMALLEST_NM)
         if (held[:, k] > limits).sum() <= (held[:, k] > constant).sum():
-            gains[k] = max(0.0, 1 - float(limits.mean()) / max(constant, 1e-9))
+            gains[k] = max(0.0, 1 - float(limits.mean()) / constant)
     return gains
 
 

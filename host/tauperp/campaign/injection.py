@@ -52,6 +52,7 @@ def inject(plan: Plan, progress: Callable[[float, str], None]) -> list[Injected]
         path = folder / name
         map_file = None if recording.map is None else folder / recording.map
         motions.append(read_motion(path if path.exists() else name, joints, map_file))
+        motions[-1].refuse_touches()
     progress(0.0, "calibrating")
     found = calibrate(
         motions,

@@ -27,7 +27,9 @@ LARGEST_SHARE, SMALLEST_SHARE = 0.9, 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="*", metavar="RECORDING", help="tables or bus logs of the arm, untouched")
+    parser.add_argument(
+        "recordings", nargs="*", metavar="RECORDING", help="tables or bus logs; labelled touches are removed"
+    )
     parser.add_argument("--config", metavar="FILE", help="TOML file or preset to calibrate (default: default)")
     add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--map", metavar="FILE", help="TOML file of the tables' columns, units and signs")
@@ -43,6 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=0.33,
         metavar="SHARE",
         help="part of each recording that only judges the result (0.33)",
+    )
+    parser.add_argument(
+        "--limits", action="store_true", help="also write the proposed limits of what the tasks explain"
     )
     parser.add_argument("--record-for", type=float, metavar="S", help="record a bus for S seconds")
     parser.add_argument("-o", "--output", metavar="OUT", help="TOML file to write (calibration.toml in --out)")
@@ -84,6 +89,7 @@ def run(args: argparse.Namespace) -> int:
             alarms_per_hour=args.alarms_per_hour,
             held_out=args.held_out,
             rest=rest,
+            limits=args.limits,
             progress=progress,
         )
     out = Path(args.out)
@@ -92,10 +98,14 @@ def run(args: argparse.Namespace) -> int:
     preset = source if source in preset_names() else configuration.settings.preset
     png = calibration_figure(result)
     content = output.report(result)
-    write_atomically(out / "calibration.json", json.dumps(content, indent=2) + "\n")
-    write_atomically(out / "calibration.png", png)
-    write_atomically(out / "calibration.html", output.html(result, png))
-    write_atomically(target, output.toml(result, model, preset, chain))
+    files: dict[Path, str | bytes] = {
+        out / "calibration.json": json.dumps(content, indent=2) + "\n",
+        out / "calibration.png": png,
+        out / "calibration.html": output.html(result, png),
+        target: output.toml(result, model, preset, chain),
+    }
+    for path, text in files.items():  # not before every one is complete
+        write_atomically(path, text)
     if args.json:
         print(json.dumps(content, indent=2))
     else:

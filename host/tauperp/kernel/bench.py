@@ -96,6 +96,7 @@ class Heard:
 
     residual: npt.NDArray[np.float64]  # (m, n) r
     index: npt.NDArray[np.float64]  # (m, channels, n)
+    explained: npt.NDArray[np.float64]  # (m, 6) coefficients of the task's columns (firmware/core/explained.h), N
     permitted: npt.NDArray[np.bool_]  # (m,)
     evaluated: npt.NDArray[np.bool_]  # (m,) a new snapshot went through every stage
     rows: int
@@ -217,16 +218,17 @@ class Bench:
         recording, _kept = _recording(readings, cycles, task)
         rows, n = len(cycles), self.robot.n
         residual, index = np.zeros((rows, n)), np.zeros((rows, self.configuration.channels, n))
-        verdict = np.zeros(rows, np.uint8)
+        explained, verdict = np.zeros((rows, layout.COLUMNS)), np.zeros(rows, np.uint8)
         done = self._kernel.kernel_listen(
             self.setup.ctypes.data_as(ctypes.c_void_p),
             recording.ctypes.data_as(ctypes.c_void_p),
             residual.ctypes.data_as(ctypes.c_void_p),
             index.ctypes.data_as(ctypes.c_void_p),
+            explained.ctypes.data_as(ctypes.c_void_p),
             verdict.ctypes.data_as(ctypes.c_void_p),
             ctypes.byref(StopFlag().value),
         )
-        return Heard(residual, index, verdict & 1 != 0, verdict & 2 != 0, int(done))
+        return Heard(residual, index, explained, verdict & 1 != 0, verdict & 2 != 0, int(done))
 
     def twin(self) -> "Bench":
         """The same for another thread, with models of its own."""
