@@ -1,6 +1,6 @@
-"""How full the bus can get at worst: every stuff bit that the standard allows, every event in every cycle.
+"""Worst-case bus load: every stuff bit that the standard allows, every event in every cycle.
 
-Frame lengths are ISO 11898-1:2015's for standard ids, with the 3 bits of intermission.
+Frame lengths are those of ISO 11898-1:2015 for standard ids, with the 3 bits of intermission.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from tauperp.errors import InputError
 from tauperp.wire import Wire
 
 _INTERMISSION = 3
-_STUFF_RUN = 4  # after the first five equal bits, every fourth more can cost a stuff bit
+_STUFF_RUN = 4  # after the first five equal bits, every fourth further bit can cost a stuff bit
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def classic_bits(length: int) -> FrameBits:
 def fd_bits(length: int) -> FrameBits:
     """Longest CAN FD frame with bit-rate switch and `length` data bytes, 0 to 8.
 
-    The stuff bits of the arbitration phase are counted there, at the lower rate, as many as fit.
+    As many stuff bits as possible are counted in the arbitration phase, at the lower rate.
     """
     arbitration = 1 + 11 + 1 + 1 + 1 + 1 + 1  # SOF, id, RRS, IDE, FDF, res, BRS
     stuffable = 1 + 4 + 8 * length  # ESI, DLC, data
@@ -55,10 +55,10 @@ def worst_case_load(
     bitrate: float = BITRATE,
     data_bitrate: float = DATA_BITRATE,
 ) -> float:
-    """Share of the bus's time that the wire takes at worst, 1 for a bus that is never idle.
+    """Share of the bus time that the wire occupies in the worst case; 1 for a bus that is never idle.
 
     joints      1 to 8 of the JointState messages are on the bus
-    rate_hz     cycles a second; each message keeps its ratio to Sync's cycle time, an event counts once every cycle
+    rate_hz     cycles per second; each message keeps its ratio to Sync's cycle time, an event counts once per cycle
     """
     if not 1 <= joints <= 8 or min(rate_hz, bitrate, data_bitrate) <= 0:
         raise InputError(

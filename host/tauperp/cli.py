@@ -1,13 +1,13 @@
-"""The command `tauperp`: finds the subcommand, and turns what a person did wrong into one line and exit code 2.
+"""The command `tauperp`. It finds the subcommand, and turns a user's error into one line and exit code 2.
 
 A subcommand is a module of `tauperp.commands` with
 
-    HELP: str                                                what it does, for its own help page
+    HELP: str                                                description on its help page
     add_arguments(parser: argparse.ArgumentParser) -> None
-    run(args: argparse.Namespace) -> int                     0 the verdict is good, 1 it is bad, 2 the input is
+    run(args: argparse.Namespace) -> int                     exit code: 0 good result, 1 bad result, 2 bad input
 
-Only the module that is asked for is imported: `tauperp --help` stays quick, and a package that is not installed is
-missed by nobody but the command that needs it.
+Only the module of the chosen subcommand is imported. `tauperp --help` is therefore fast, and a missing package matters
+only to the command that needs it.
 """
 
 import argparse

@@ -1,9 +1,9 @@
-"""The one error that a person can cause: bad input, said in one line."""
+"""The exception for bad input: one line for the user."""
 
 
 class InputError(ValueError):
-    """What a user handed over cannot be used. The message is one line: what is wrong, and where.
+    """Bad input from the user. The message is one line: what is wrong, and where.
 
-    The command line prints it after the program's name and exits with 2. Everything else that is raised is a defect of
-    the program and keeps its traceback.
+    The command line prints it after the program's name and exits with 2. Any other exception is a defect of the program
+    and keeps its traceback.
     """

@@ -1,4 +1,4 @@
-"""Where the project's own files are, and how results are written so that nothing half-written is ever found."""
+"""Paths of the project's files, and writing of results so that no partial file is ever visible."""
 
 import errno
 import os
@@ -11,22 +11,22 @@ _NATIVE = Path(__file__).resolve().parent / "native"  # in an installed package:
 
 
 def is_installed() -> bool:
-    """Whether this package came from a wheel, not from a checkout."""
+    """Whether this package was installed from a wheel, not from a checkout."""
     return _NATIVE.is_dir()
 
 
 def repository_root() -> Path:
-    """The checkout that this package runs from: it is installed editable, so its sources lie in <root>/host."""
+    """The checkout of this package. It is installed as editable, so its sources are in <root>/host."""
     return Path(__file__).resolve().parents[2]
 
 
 def build_dir() -> Path:
-    """Where the compiled firmware is: inside an installed package, else where `make` leaves it in the checkout."""
+    """Folder of the compiled firmware: inside an installed package, else where `make` puts it in the checkout."""
     return _NATIVE if is_installed() else repository_root() / "build"
 
 
 def how_to_build(target: str, *, in_package: bool = True) -> str:
-    """What a person does about a compiled file that is missing or old.
+    """How the user gets a compiled file that is missing or too old.
 
     target      of make, in a checkout
     in_package  whether an installed package should contain the file
@@ -39,7 +39,7 @@ def how_to_build(target: str, *, in_package: bool = True) -> str:
 
 
 def dbc_path() -> Path:
-    """The wire's only source.
+    """The DBC file, the only source of the wire.
 
     Raises InputError if it is missing.
     """
@@ -50,10 +50,10 @@ def dbc_path() -> Path:
 
 
 def write_atomically(path: str | Path, content: bytes | str) -> None:
-    """Write the whole file or nothing; text as UTF-8. Missing folders are made.
+    """Write the whole file or nothing; text as UTF-8. Creates missing folders.
 
-    The content goes to a new file beside `path` that then takes its name, so a reader sees the old file or the new
-    one. Raises OSError, with nothing left behind, if that cannot be done.
+    The content goes to a new file beside `path`, which then takes its name. A reader sees the old file or the new one.
+    Raises OSError, without leaving a partial file, if that is not possible.
     """
     path = Path(path)
     data = content.encode() if isinstance(content, str) else content

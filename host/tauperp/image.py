@@ -1,4 +1,4 @@
-"""What a firmware image says of itself: the section .tauperp_version of its ELF file (boards/common/identity.h)."""
+"""The identity of a firmware image: the section .tauperp_version of its ELF file (boards/common/identity.h)."""
 
 import dataclasses
 import struct
@@ -29,12 +29,12 @@ class Image:
     wire_crc: str  # Wire.hash
     numeric: str
     board: str
-    variant: str  # product, or what the image is for instead: lockstep, emulator; "not said" before format 2
-    image: str  # the linker's build id of this very image, empty without one
+    variant: str  # variant of the image: product, lockstep, emulator; "not said" before format 2
+    image: str  # the linker's build id of this image; empty without one
 
 
 def read_image(path: str | Path) -> Image:
-    """Raises InputError for what is not an ELF file, not one of Tauperp's, or holds a block of another CRC."""
+    """Raises InputError for a file that is not an ELF file, not a Tauperp image, or holds a block with another CRC."""
     data = Path(path).read_bytes()
     sections = _sections(data, str(path))
     if _VERSION_SECTION not in sections:

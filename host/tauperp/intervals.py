@@ -1,4 +1,4 @@
-"""Intervals for what was counted: every rate that a command prints carries one. 95 % unless said."""
+"""Confidence intervals of counts. Every rate that a command prints has one: 95 % unless stated."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ LEVEL = 0.95
 
 
 def wilson(found: int, of: int, level: float = LEVEL) -> tuple[float, float]:
-    """Wilson's score interval of a share (E. B. Wilson, JASA 22, 1927); (0, 1) of nothing."""
+    """Wilson's score interval of a proportion (E. B. Wilson, JASA 22, 1927). (0, 1) without samples."""
     if of == 0:
         return 0.0, 1.0
     z = NormalDist().inv_cdf(0.5 + level / 2)
@@ -24,7 +24,8 @@ def wilson(found: int, of: int, level: float = LEVEL) -> tuple[float, float]:
 def poisson(count: int, exposure: float, level: float = LEVEL) -> tuple[float, float]:
     """Exact interval of a rate from `count` events in `exposure` hours (F. Garwood, Biometrika 28, 1936).
 
-    Of no event the upper end is 3 / exposure within a percent if `level` is one-sided; here it is 3.7 / exposure.
+    Without an event the one-sided upper end is 3 / exposure, within a percent. The two-sided end here is 3.7 /
+    exposure.
     """
     from scipy.stats import chi2
 
@@ -36,7 +37,7 @@ def poisson(count: int, exposure: float, level: float = LEVEL) -> tuple[float, f
 
 
 def quantile(values: Sequence[float] | npt.NDArray[np.float64], share: float, level: float = LEVEL) -> list[float]:
-    """[estimate, low, high] of a quantile; the interval is that of its order statistics. NaN of nothing."""
+    """[estimate, low, high] of a quantile. The interval is that of its order statistics. NaN without samples."""
     from scipy.stats import binom
 
     ordered = np.sort(np.asarray(values, float))

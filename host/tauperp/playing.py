@@ -1,4 +1,4 @@
-"""The command line of who plays a robot on a bus: which bus, whose guard, whose time."""
+"""Command-line arguments of a simulated robot: the bus, the guard, and the time."""
 
 import argparse
 from collections.abc import Callable
@@ -58,7 +58,7 @@ def add_playing_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def setup_of(args: argparse.Namespace, *, fd: bool) -> Setup:
-    """What the arguments ask for. Raises InputError for a bus that is not named, or an option without effect."""
+    """The setup that the arguments describe. Raises InputError for an unnamed bus, or an option without effect."""
     refuse_bit_rates(args)
     named = bool({"interface", "channel"} & {name for name, value in vars(args).items() if value is not None})
     virtual = getattr(args, "interface", None) == DEFAULT_INTERFACE

@@ -1,4 +1,4 @@
-"""What a result was made with: the hashes that every report carries, so that it can be made again."""
+"""What a result was made with: the hashes in every report, so that the result can be reproduced."""
 
 import importlib.metadata
 from dataclasses import dataclass

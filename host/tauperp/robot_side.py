@@ -1,17 +1,17 @@
-"""The robot's end of the wire, for programs that use python-can: what to send, and when motion is permitted.
+"""The robot's end of the wire, for programs that use python-can: the frames to send, and when motion is permitted.
 
     from tauperp.robot_side import RobotSide
 
     robot = RobotSide(bus, joints=7, fd=True, period_s=1e-3)
-    while True:                                            # once a period
+    while True:                                            # once per period
         q, qd, tau = read_joints()
-        robot.send_cycle(q, qd, tau, task=CONTACT)         # Sync, TaskCommand, one JointState a joint
+        robot.send_cycle(q, qd, tau, task=CONTACT)         # Sync, TaskCommand, one JointState per joint
         permit = robot.listen()                            # returns with the answer, or after half a period
         if not permit.allowed:
             stop(permit.category)
 
-docs/robot-side.md states the rules and the time budget; `StopCheck` has the rules alone, for programs that receive
-elsewhere. firmware/robot_side is the same in C.
+docs/robot-side.md states the rules and the time budget. `StopCheck` contains the rules alone, for programs that receive
+frames themselves. firmware/robot_side is the same in C.
 """
 
 import enum
@@ -28,9 +28,9 @@ from tauperp.wire import E2EStatus, Receiver, Sender, Wire
 
 NO_TASK, PAYLOAD, CONTACT = 1, 2, 3  # TaskCommand.Task
 SENSOR_OK, NOT_AVAILABLE = 0, 3  # JointState.SensorStatus
-MOVE = (1, 14)  # Permission and its inverse: everything else is a stop
+MOVE = (1, 14)  # Permission and its inverse: every other pair is a stop
 NO_REASON = 1  # StopCommand.Reason of a permission
-SILENCE_CATEGORY = 1  # IEC 60204-1, of a stop that no valid frame asked for
+SILENCE_CATEGORY = 1  # stop category of IEC 60204-1 if no valid frame arrived
 COMPANY, COMPANY_FRAMES = 8, 24  # 8 of 24 StopCommands out of sequence show a second guard
 _CYCLE_MASK, _NIBBLE = 0xFFFF, 0xF
 
@@ -50,7 +50,7 @@ class Permit:
     allowed: bool
     category: int
     answer: Answer
-    command: dict[str, float] | None = None  # signals of the StopCommand that decided; None: no valid one
+    command: dict[str, float] | None = None  # signals of the StopCommand that decided; None without a valid one
 
     @property
     def reason(self) -> int:
@@ -81,8 +81,8 @@ class StopCheck:
         self._message = wire.message("StopCommand")
         self._answer_s, self._hold_s = answer_s, hold_s
         self._cycle, self._begun_s = 0, 0.0
-        self._command: dict[str, float] | None = None  # that permits this cycle
-        self._stop: dict[str, float] | None = None  # the worst one heard in this cycle
+        self._command: dict[str, float] | None = None  # the answer that permits this cycle
+        self._stop: dict[str, float] | None = None  # the worst stop of this cycle
         self._out_of_sequence: deque[bool] = deque(maxlen=COMPANY_FRAMES)
 
     def begin(self, cycle: int, now_s: float = 0.0) -> None:
@@ -91,7 +91,7 @@ class StopCheck:
         self._command, self._stop, self.answer = None, None, Answer.MISSING
 
     def hear(self, frame: can.Message, now_s: float = 0.0) -> None:
-        """Any frame of the bus; frames other than StopCommand are ignored. `now_s`: time of reception."""
+        """Process any frame of the bus; frames other than StopCommand are ignored. `now_s`: time of reception."""
         if frame.arbitration_id != self._message.id:
             return
         received = self._receiver.receive(frame)
@@ -102,7 +102,7 @@ class StopCheck:
         answers = int(signals["Cycle"]) == self._cycle & _NIBBLE
         self.answer = Answer.OTHER if self.answer is Answer.MISSING else self.answer
         if answers and (received.status.accepted or received.status is E2EStatus.INITIAL):
-            self.answer = Answer.GOOD  # the first frame permits nothing, but shows that its sender is there
+            self.answer = Answer.GOOD  # the first frame permits nothing, but shows that its sender exists
         both = (signals["Permission"], signals["PermissionInverted"]) == MOVE
         if not both or signals["Reason"] != NO_REASON or self._message.out_of_range(signals):
             self._hear_stop(signals)
@@ -110,23 +110,23 @@ class StopCheck:
             self._command = signals
 
     def _hear_stop(self, signals: dict[str, float]) -> None:
-        """A stop needs neither a fresh counter nor the cycle. The worst one is obeyed."""
+        """A stop needs neither a fresh counter nor the cycle. The worst stop applies."""
         if self._stop is None or _category(signals) <= _category(self._stop):
             self._stop = signals
 
     def forget(self, frame: can.Message) -> None:
-        """A frame from before the first cycle: it answers nothing, but sets the reference of the counter."""
+        """Process a frame from before the first cycle. It answers nothing, but sets the reference of the counter."""
         if frame.arbitration_id == self._message.id:
             self._receiver.receive(frame, decode=False)
 
     @property
     def has_company(self) -> bool:
-        """StopCommands of two counters come in: two guards, which a robot cannot obey. Of two that take turns about
-        half are out of sequence; of one whose frames get lost, one each time."""
+        """Whether StopCommands with two counters arrive: two guards, which a robot cannot obey. Of two alternating
+        guards about half of the frames are out of sequence; with one guard, only one frame after each loss."""
         return self._out_of_sequence.count(True) >= COMPANY
 
     def permit(self, now_s: float = 0.0) -> Permit:
-        """The verdict of this cycle from the frames heard so far. May be called at any time."""
+        """The verdict of this cycle from the frames received so far. May be called at any time."""
         if self._stop is not None:
             return Permit(False, _category(self._stop), self.answer, self._stop)
         if self._command is None or self.has_company or now_s - self._begun_s > self._hold_s:
@@ -135,7 +135,7 @@ class StopCheck:
 
 
 def _category(signals: dict[str, float]) -> int:
-    """Category of IEC 60204-1; an unknown one counts as the worst."""
+    """Category of IEC 60204-1; an unknown one counts as category 0."""
     category = int(signals["StopCategory"])
     return category if category <= 2 else 0
 
@@ -228,12 +228,12 @@ class RobotSide:
         return self._last
 
     def _drain(self) -> None:
-        """Frames that have already arrived: a stop after an answer counts."""
+        """Process frames that have already arrived: a stop after an answer counts."""
         while (frame := self._bus.recv(timeout=0.0)) is not None:
             self.check.hear(frame, time.monotonic())
 
     def ask_for_reset(self, request: bool, trip_number: int | None = None) -> None:
-        """A GuardReset that names the last trip, or the one given. The guard wants an edge: False, then True in a later
-        cycle, and both after the trip. Only on a person's command (IEC 60204-1, ISO 14118)."""
+        """Send a GuardReset that names the last trip, or the given one. The guard needs an edge: False, then True in a
+        later cycle, both after the trip. Send it only on a person's command (IEC 60204-1, ISO 14118)."""
         number = self._last.trip_number if trip_number is None else trip_number
         self._bus.send(self._sender.frame("GuardReset", {"Request": int(request), "TripNumber": number}))

@@ -1,4 +1,4 @@
-"""TOML files that people write, checked against a pydantic model; what is wrong is said in one line with its place."""
+"""TOML files from users, checked against a pydantic model. An error is one line with the place of the mistake."""
 
 import difflib
 import tomllib
@@ -14,7 +14,7 @@ from tauperp.errors import InputError
 
 
 class Table(BaseModel):
-    """One table of such a file: unknown keys, NaN and numbers in quotes are errors, and nothing changes once read."""
+    """One table of such a file. Unknown keys, NaN and numbers in quotes are errors. The values are immutable."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
@@ -23,7 +23,7 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """The file's contents as nested dicts. Raises InputError if it is not there, not text, or not TOML."""
+    """The content of the file as nested dicts. Raises InputError if it is missing, not text, or not TOML."""
     try:
         return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
@@ -63,7 +63,7 @@ def _first_mistake(model: type[BaseModel], error: ValidationError) -> str:
 
 
 def _suggestion(model: type[BaseModel], place: tuple[int | str, ...]) -> str:
-    """Where an unknown key belongs; else the known key that it is closest to, if one is close."""
+    """The table to which an unknown key belongs; else the most similar known key, if one is close."""
     table: type[BaseModel] | None = model
     for part in place[:-1]:
         if table is None:
@@ -87,7 +87,7 @@ def _table_of(annotation: Any) -> type[BaseModel] | None:
 
 
 def tables(model: type[BaseModel], place: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
-    """Every table below a model with its heading in TOML, the model itself first with none."""
+    """Every table of a model with its TOML heading. The model itself comes first, without a heading."""
     yield place, model
     for name, field in model.model_fields.items():
         kind, below = kind_of(field.annotation)
@@ -97,7 +97,7 @@ def tables(model: type[BaseModel], place: str = "") -> Iterator[tuple[str, type[
 
 
 def kind_of(annotation: Any) -> tuple[str, type[BaseModel] | None]:
-    """Whether an annotation holds a table: alone, in a list, or by names."""
+    """Whether an annotation holds a table: directly, in a list, or in a dict."""
     if isinstance(annotation, type) and not isinstance(annotation, types.GenericAlias):
         return "", annotation if issubclass(annotation, BaseModel) else None
     origin = typing.get_origin(annotation)

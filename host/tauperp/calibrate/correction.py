@@ -1,8 +1,8 @@
-"""Sensor offsets and Coulomb friction: what a torque sensor reads besides the torque of the link.
+"""Sensor offsets and Coulomb friction: the part of a torque reading that is not the torque of the link.
 
-On an arm at rest the offset is the mean of r. In motion, offset and friction come from one regression of r on a
-constant and on the velocity's sign, both through the observer's own low-pass. A viscous term is fitted beside them and
-reported, and never applied: on real arms it made held-out data worse.
+For an arm at rest the offset is the mean of r. In motion, one regression of r on a constant and on the velocity's sign
+gives offset and friction. Both regressors pass the observer's low-pass. A viscous term is also fitted and reported, but
+never applied: on real arms it made the held-out data worse.
 """
 
 import math
@@ -22,11 +22,11 @@ FloatArray = npt.NDArray[np.float64]
 
 FULL_FRICTION_RAD_S = 0.05  # SENSOR_FULL_FRICTION_RAD_S of firmware/core/sensor.h
 REST_RAD_S = 0.05
-UNTOUCHED_NM = 0.5  # largest change of the mean of r from one WINDOW_S to another in a recording at rest
+UNTOUCHED_NM = 0.5  # largest change of the mean of r between two windows of WINDOW_S in a recording at rest
 WINDOW_S = 0.25
 EACH_WAY_S = 1.0  # of motion in each direction that friction needs
 LARGEST_NM = 60.0
-PAYLOAD_KG = 0.4  # an apparent payload from which it is mentioned
+PAYLOAD_KG = 0.4  # apparent payload above which the report mentions it
 PAYLOAD_ROWS = 300  # of each motion that it is fitted to
 
 
@@ -39,7 +39,7 @@ class Correction:
     viscous_gain: FloatArray
 
     def apply(self, motion: Motion) -> Motion:
-        """The motion with the torque of the link, as the firmware corrects it."""
+        """The motion with the torque of the link, corrected as the firmware does it."""
         direction = np.clip(motion.qd / FULL_FRICTION_RAD_S, -1.0, 1.0)
         return motion.corrected(motion.tau - self.offset_nm - self.friction_nm * direction)
 
@@ -79,7 +79,7 @@ def fit_correction(
         )
         used = columns[:, :2] if both_ways else columns[:, :1]
         found = np.linalg.lstsq(used, target, rcond=None)[0]
-        if both_ways and found[1] < 0:  # no friction is negative: it is model error
+        if both_ways and found[1] < 0:  # a negative friction is a model error
             used = columns[:, :1]
             found = np.linalg.lstsq(used, target, rcond=None)[0]
         offset[joint] = found[0]
@@ -117,7 +117,7 @@ def _stacked(
 
 @dataclass(frozen=True, eq=False)
 class ApparentPayload:
-    """What a rigid body at the end-effector would explain of r, fitted together with offset and friction."""
+    """The part of r that a rigid body at the end-effector would explain, fitted together with offset and friction."""
 
     mass_kg: float
     first_moment_kg_m: FloatArray  # (3,) in the last link's axes, about the end-effector point
@@ -126,7 +126,7 @@ class ApparentPayload:
 
     @property
     def is_there(self) -> bool:
-        """Large enough, and alone enough, to be a payload and not the model's errors."""
+        """Whether it is large and distinct enough to be a payload instead of model error."""
         return self.is_told_apart and abs(self.mass_kg) > PAYLOAD_KG and self.explained > 0.5
 
     def torque(self, motion: Motion, robot: Robot) -> FloatArray:
@@ -136,7 +136,7 @@ class ApparentPayload:
 
 
 def apparent_payload(pairs: Sequence[tuple[Motion, FloatArray]], robot: Robot) -> ApparentPayload:
-    """By least squares over some hundred rows of the pairs of a motion and its r (m, n)."""
+    """Least squares over some hundred rows of the pairs of a motion and its r (m, n)."""
     dynamics, n = Dynamics(robot), robot.n
     columns, target = [], []
     for motion, residual in pairs:

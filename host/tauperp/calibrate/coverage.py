@@ -1,7 +1,7 @@
-"""How well recordings cover what an arm can do, and the names of what they do not cover.
+"""How well recordings cover the motions of an arm, and a list of what they do not cover.
 
-Thresholds hold for motion like that which they were made from: a bank calibrated on seven seconds of one motion was
-above its thresholds 5 to 51 % of the time in another.
+Thresholds hold only for motion like that in the recordings. A bank that was calibrated on seven seconds of one motion
+was above its thresholds 5 to 51 % of the time in another motion.
 """
 
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ POSE_BINS = 10
 FEWEST_REVERSALS = 5
 RANGE_WANTED = 0.3  # of a joint's range
 MOVING_RAD_S = 0.02
-ACCELERATION_TIME_S = 0.25  # to a joint's full speed: what a brisk robot does
+ACCELERATION_TIME_S = 0.25  # acceleration to a joint's full speed by a fast robot
 
 
 def coverage(motions: Sequence[Motion], robot: Robot) -> dict[str, Any]:
-    """Speed, acceleration, reversals and range of each joint, and `missing`: sentences for people."""
+    """Speed, acceleration, reversals and range of each joint. `missing`: sentences for the report."""
     joints: list[dict[str, Any]] = []
     missing: list[str] = []
     for joint, limits in enumerate(robot.joints):

@@ -1,8 +1,8 @@
-"""Whether the columns of a recording are what they are taken for: every joint's sign, order and unit against the model.
+"""Check of the columns of a recording: every joint's sign, order and unit against the model.
 
-A joint whose torque has the wrong sign, or two joints that have changed places, would give thresholds of hundreds of
-newton metres that see nothing. The check compares the measured torque with what the model needs for the recorded
-motion, and the recorded velocity with the recorded position's.
+A joint with the wrong sign of torque, or two swapped joints, would give thresholds of hundreds of newton metres, with
+which the guard detects nothing. The check compares the measured torque with the model's torque for the recorded motion,
+and the recorded velocity with the rate of the recorded position.
 """
 
 import itertools
@@ -23,13 +23,13 @@ SAMPLES = 400
 POSES = 24
 TELLING_NM = 1.0  # model torque below this says nothing about a joint
 SMOOTHING_S = 0.02
-BETTER = 0.35  # what another order must leave of the misfit to be believed
-BAD = 0.5  # misfit over the model's torque from which something is looked for
+BETTER = 0.35  # remaining misfit below which another order of columns is accepted as the cause
+BAD = 0.5  # misfit relative to the model's torque above which a cause is looked for
 MOVING_RAD_S = 0.05
 
 
 def check_joints(motions: Sequence[Motion], robot: Robot) -> list[str]:
-    """What was checked, one line a joint. Raises InputError that names the joint and what is wrong with it."""
+    """The checks, one line per joint. Raises InputError with the joint and its error."""
     for motion in motions:
         _check_ranges(motion, robot)
         _check_velocity(motion, robot)
@@ -40,7 +40,7 @@ def check_joints(motions: Sequence[Motion], robot: Robot) -> list[str]:
 
 
 def _check_ranges(motion: Motion, robot: Robot) -> None:
-    """Angles beyond what the joint can reach are degrees, or another joint's."""
+    """Angles beyond the joint's range are in degrees, or belong to another joint."""
     for joint, limits in enumerate(robot.joints):
         low, high = float(motion.q[:, joint].min()), float(motion.q[:, joint].max())
         if high > limits.position_max + 0.2 or low < limits.position_min - 0.2:
@@ -52,7 +52,7 @@ def _check_ranges(motion: Motion, robot: Robot) -> None:
 
 
 def _check_velocity(motion: Motion, robot: Robot) -> None:
-    """Velocity must be the position's rate: its factor is 1, not 57.3, and its sign the same."""
+    """The velocity must be the rate of the position: factor 1, not 57.3, and the same sign."""
     steps = np.diff(motion.time_s)
     good = steps > 0
     if good.sum() < 10:
@@ -99,7 +99,7 @@ def _smooth(values: FloatArray, window: int) -> FloatArray:
 
 
 def _misfit(torque: FloatArray, model: FloatArray) -> float:
-    """What the better sign of each joint leaves of the torque, over the size of the model's."""
+    """The misfit of each joint's torque with the better sign, relative to the model's torque."""
     left = np.minimum(((torque - model) ** 2).sum(axis=0), ((torque + model) ** 2).sum(axis=0))
     return math.sqrt(float(left.sum()) / max(float((model**2).sum()), 1e-12))
 
@@ -113,7 +113,7 @@ def _check_order(
     postures: FloatArray,
     velocities: FloatArray,
 ) -> None:
-    """Whether another order of the columns fits the model far better than the one that was read."""
+    """Whether another order of the columns fits the model far better."""
     own = _misfit(torque, model)
     if own < BAD:
         return

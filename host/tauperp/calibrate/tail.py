@@ -1,9 +1,9 @@
 """A threshold for a wanted rate of false alarms: block maxima and their extreme-value tail.
 
-The signal is cut into blocks that are longer than its memory. Their maxima follow a generalised extreme-value
-distribution (S. Coles, An Introduction to Statistical Modeling of Extreme Values, 2001, chapter 3), whose quantile is
-the threshold. A record of T hours without an alarm still allows a rate of 3 / T at 95 %: the tail is an extrapolation
-and is reported as one.
+The signal is divided into blocks that are longer than its memory. The block maxima follow a generalised extreme-value
+distribution (S. Coles, An Introduction to Statistical Modeling of Extreme Values, 2001, chapter 3). The threshold is a
+quantile of it. T hours without an alarm do not exclude a rate of 3 / T (95 %): the tail is an extrapolation, and is
+reported as one.
 """
 
 import math
@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
-SHAPES = (-0.2, 0.2)  # of the tail; a few dozen maxima support no wilder one
-FEWEST_FOR_SHAPE = 60  # maxima; fewer give Gumbel's tail
+SHAPES = (-0.2, 0.2)  # bound of the tail's shape; a few dozen maxima support no heavier one
+FEWEST_FOR_SHAPE = 60  # number of maxima; with fewer the tail is Gumbel's
 FEWEST = 8
 RESAMPLES = 200
 SMALLEST_NM = 0.1
@@ -77,9 +77,10 @@ def fit_tail(maxima: FloatArray) -> Tail:
 
 
 def thresholds(maxima: FloatArray, block_s: float, alarms_per_hour: float) -> FloatArray:
-    """One threshold a signal, (n,), that together are exceeded in this many blocks an hour; from maxima (blocks, n).
+    """One threshold per signal, (n,), so that all together are exceeded in this many blocks per hour; from maxima
+    (blocks, n).
 
-    Never for fewer than one in FARTHEST lengths of the record: farther out the tail is a guess.
+    The rate is never below one block in FARTHEST lengths of the record, because the tail is unknown beyond.
     """
     n = maxima.shape[1]
     rate = max(alarms_per_hour, reachable_rate(len(maxima) * block_s / 3600))
@@ -105,10 +106,11 @@ def rate_interval(maxima: FloatArray, limits: FloatArray, block_s: float, seed: 
 
 
 def speed_gain(fitted: FloatArray, speed: FloatArray, held: FloatArray, held_speed: FloatArray) -> FloatArray:
-    """How much lower thresholds would be on held-out blocks if they grew with the joint's speed, (n,) share of them.
+    """How much lower thresholds on held-out blocks would be if they grew with the joint's speed, (n,), as a share.
 
     Block maxima and largest speeds (blocks, n), fitted and held out. Both thresholds are the lowest ones above every
-    fitted maximum. 0 where the growing one is exceeded more often on the held-out blocks, or is no lower there.
+    fitted maximum. 0 if the speed-dependent threshold is exceeded more often on the held-out blocks, or is not lower
+    there.
     """
     gains = np.zeros(fitted.shape[1])
     for k in range(len(gains)):
@@ -124,10 +126,10 @@ def speed_gain(fitted: FloatArray, speed: FloatArray, held: FloatArray, held_spe
 
 
 def reachable_rate(hours: float) -> float:
-    """The smallest rate per hour that a tail from so many hours is extrapolated to."""
+    """The smallest rate per hour to which a tail from this many hours is extrapolated."""
     return 1.0 / (FARTHEST * hours) if hours > 0 else math.inf
 
 
 def supported_rate(hours: float) -> float:
-    """The smallest rate per hour that a record of so many hours without an alarm can promise at 95 %: 3 / T."""
+    """The largest rate per hour that this many hours without an alarm do not exclude (95 %): 3 / T."""
     return 3.0 / hours if hours > 0 else math.inf

@@ -1,7 +1,7 @@
 """The runs of a plan, drawn one by one from counter-based random numbers.
 
-Run `number` of a task depends on the plan's seed, the task, the kind of run and its number alone, so a shard of the
-plan can be drawn anywhere, in any order, again and again.
+A run depends only on the plan's seed, the task, the kind of run and its number. A shard of the plan can therefore be
+drawn anywhere, in any order, and repeatedly.
 """
 
 import functools
@@ -23,12 +23,12 @@ from tauperp.sim.posture import home
 from tauperp.sim.sensors import SensorModel
 
 FREE, HIT = 0, 1  # kinds of runs
-LOWEST_TIP_M = 0.05  # above the base; lower postures are drawn again
+LOWEST_TIP_M = 0.05  # height above the base; lower postures are drawn again
 MOST_TRIES = 200
 RANGE_SHARE = 0.96  # of a joint's range that a motion may use
 SETTLED_S = 0.35  # from the start of the motion to the earliest collision
 WATCHED_S = 0.35  # from the end of the latest push to the end of the run
-WIRE_RAD, WIRE_RAD_S = 4.0, 8.0  # what JointState can carry, with room for noise
+WIRE_RAD, WIRE_RAD_S = 4.0, 8.0  # range of JointState, with margin for noise
 ROD_RADIUS_M = 0.02
 BALL_RADIUS_M = 0.05
 
@@ -37,7 +37,7 @@ Vector = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """What drawing needs to know of a robot; made once."""
+    """Constants of a robot for drawing; computed once."""
 
     robot: Robot
     dynamics: Dynamics
@@ -189,7 +189,7 @@ def _draw_collision(plan: Plan, arm: Arm, rng: np.random.Generator, run: Any) ->
     run["speed_m_s"] = rng.uniform(*collision.speed_m_s)
     run["point"] = surface_point(arm.robot, link, run["along"], rng)
     run["direction"] = unit(rng)
-    if kind == "contact":  # the part has to get there first
+    if kind == "contact":  # time for the part to reach the arm
         run["onset_s"] = max(run["onset_s"] - 0.12 / run["speed_m_s"], 0.05)
 
 

@@ -1,4 +1,5 @@
-"""Runs the shards of a plan: in threads of this process, or as tasks of a Dask cluster. Both go on where they ended."""
+"""Runs the shards of a plan, in threads of this process or as tasks of a Dask cluster. Both resume after an
+interruption."""
 
 import concurrent.futures
 import json
@@ -18,9 +19,9 @@ from tauperp.errors import InputError
 from tauperp.kernel import layout
 from tauperp.kernel.bench import Rows, StopFlag
 
-SLICE_RUNS = 20  # between two looks at Ctrl-C
+SLICE_RUNS = 20  # s between two checks for Ctrl-C
 CONNECT_S = 10
-IN_FLIGHT = 64  # tasks that a cluster holds at a time
+IN_FLIGHT = 64  # tasks that a cluster queues at a time
 
 _STAGES = {"calibrate": "free moves that calibrate", "free": "free moves that are judged", "hit": "collisions"}
 
@@ -29,7 +30,7 @@ Report = Callable[[float, str], None]
 
 @dataclass
 class Effort:
-    """What the runs of this process took."""
+    """Effort of the runs of this process."""
 
     simulated_s: float = 0.0
     wall_s: float = 0.0
@@ -58,9 +59,9 @@ class Campaign:
     effort: Effort = field(default_factory=Effort)
 
     def run(self, report: Report, *, jobs: int | None = None, scheduler: str | None = None) -> Thresholds:
-        """Everything that is not there yet. Returns the thresholds that the collisions ran with.
+        """Compute everything that is missing. Returns the thresholds of the collisions.
 
-        Raises InputError if the cluster does not answer, and OSError if the disk takes no more.
+        Raises InputError if the cluster does not answer, and OSError if the disk is full.
         """
         first = list(shards(self.plan, ("calibrate",)))
         rest = list(shards(self.plan, ("free", "hit")))
@@ -109,7 +110,7 @@ class Campaign:
 
 
 class _Threads:
-    """Slices of a shard in the threads of this process; the kernel releases Python's lock."""
+    """Slices of a shard in the threads of this process. The kernel releases Python's lock."""
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
@@ -140,7 +141,7 @@ class _Threads:
 
 
 class _Cluster:
-    """A shard is a task of a Dask scheduler; a worker that dies has its tasks run again by another."""
+    """Each shard is a task of a Dask scheduler. If a worker fails, another runs its tasks again."""
 
     def __init__(self, address: str) -> None:
         from distributed import Client

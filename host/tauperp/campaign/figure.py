@@ -1,4 +1,4 @@
-"""A campaign in one figure: for each task the ROC, the latencies, the links and the heat map over link and force."""
+"""A campaign as one figure: for each task the ROC, the latencies, the links, and the heat map over link and force."""
 
 import io
 from typing import Any

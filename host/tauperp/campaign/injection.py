@@ -1,7 +1,7 @@
-"""The second kernel: pushes through the transposed Jacobian into recordings of a real arm in free motion.
+"""Pushes through the transposed Jacobian into recordings of a real arm in free motion.
 
-Real noise, friction and model error; only the collision is computed. Each recording is cut in two: its first part
-calibrates (offsets, friction, thresholds of every detector), its second part is judged and pushed.
+Noise, friction and model error are real; only the collision is computed. The first part of each recording calibrates
+(offsets, friction, thresholds of every detector). The second part is judged and pushed.
 """
 
 import dataclasses
@@ -24,12 +24,12 @@ from tauperp.kernel.bench import Bench, Rows, cycles_of
 
 FloatArray = npt.NDArray[np.float64]
 
-AFTER_S = 0.3  # watched behind a push
+AFTER_S = 0.3  # s observed after a push
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Injected:
-    """What came of one task: the judged pass without pushes, one row a recording, and the pushes."""
+    """Results of one task: the judged pass without pushes, one row per recording, and the pushes."""
 
     task: TaskName
     free: Rows
@@ -90,7 +90,7 @@ def _one_task(
     maxima = np.stack([one["free_max"] for one in quiet]).max(axis=0)[:, :n]
     own_maxima = np.stack([one["channel_max"] for one in quiet]).max(axis=0)[:channels, :n]
     factor = threshold / np.maximum(own_maxima, SMALLEST_THRESHOLD_NM)
-    margin = float(np.median(factor))  # the same distance from its own signal for every detector
+    margin = float(np.median(factor))  # the same margin above its own signal for every detector
     names = [detector.name for detector in unknown.detectors]
     limits = {
         name: np.maximum(margin * maxima[k], SMALLEST_THRESHOLD_NM).tolist() for k, name in enumerate(names) if k > 0
@@ -109,7 +109,7 @@ def _one_task(
 
 
 def _still(motion: Motion) -> Rows:
-    """No push, behind the last row but one: its result is that of the recording alone."""
+    """A row without a push, at the last row but one: its result is that of the recording alone."""
     rows = np.zeros(1, layout.INJECTION)
     rows["row"], rows["push_s"], rows["direction"][:, 0] = len(motion.time_s) - 1, 1.0, 1.0
     return rows
@@ -145,7 +145,7 @@ def _draw(plan: Plan, task: TaskName, motion: Motion, number: int, count: int) -
 
 
 def as_hits(injected: Injected, row: np.dtype[Any]) -> Rows:
-    """The pushes as the summary takes them: what was planned beside what came of it."""
+    """The pushes in the format of the summary: each planned push with its result."""
     hits = np.zeros(len(injected.pushed), row)
     for name in hits.dtype.names or ():
         if name in BY_JOINT:

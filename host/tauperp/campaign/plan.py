@@ -31,7 +31,7 @@ MOST_DELAY = 7  # cycles that the kernel's sensors remember
 
 
 def _pair(value: Any) -> Any:
-    """One number stands for a range without width; TOML's lists are what the models hold as tuples."""
+    """A single number stands for a range without width. TOML's lists become the models' tuples."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return (value, value)
     return tuple(value) if isinstance(value, list) else value
@@ -66,7 +66,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Thresholds(Table):
-    """Where the guard's thresholds come from; the compared detectors are always calibrated on the free moves."""
+    """Source of the guard's thresholds. The other detectors are always calibrated on the free moves."""
 
     source: Literal["free_moves", "configuration"] = Field(default="free_moves", alias="from")
     false_moves: float = Field(default=0.01, gt=0, le=0.5)
@@ -100,7 +100,7 @@ class Collision(Table):
 
 
 class Payload(Table):
-    """What the arm carries in task `payload`: a ball, or a rod across the flange. The guard does not know of it."""
+    """The load of the arm in task `payload`: a ball, or a rod across the flange. The guard does not know it."""
 
     mass_kg: NotNegativeRange = (0.0, 3.0)
     com_m: NotNegativeRange = (0.0, 0.1)  # distance of its centre from the end-effector point
@@ -117,7 +117,7 @@ class Guide(Table):
 
 
 class Baselines(Table):
-    """What is compared in the same runs, on the same signals."""
+    """The detectors that are compared in the same runs, on the same signals."""
 
     paper: bool = True  # preset `paper` at its own thresholds
     gains_per_s: list[Annotated[float, Field(gt=0, le=500)]] = [25.0]  # the paper's index at other observer gains
@@ -158,7 +158,7 @@ class PlanFile(Table):
 
 
 class Plan:
-    """A checked plan with its configuration. `digest` names everything that decides the results."""
+    """A checked plan with its configuration. `digest` identifies everything that determines the results."""
 
     def __init__(self, file: PlanFile, configuration: Configuration, path: Path) -> None:
         self.file = file
@@ -210,7 +210,7 @@ def read_plan(path: str | Path) -> Plan:
 
 
 def _beside(path: Path, name: str, known: Any) -> str:
-    """A file named in the plan lies beside it; a shipped name stays a name."""
+    """A file named in the plan is relative to the plan; a shipped name stays a name."""
     beside = path.parent / name
     return str(beside) if name not in known and beside.is_file() else name
 

@@ -39,7 +39,7 @@ def write_report(plan: Plan, store: Store, thresholds: Thresholds, effort: Effor
 
 
 def write_injection_report(plan: Plan, folder: Path, injected: Sequence[Injected]) -> dict[str, Any]:
-    """The same of pushes into recordings."""
+    """The same for pushes into recordings."""
     kind = row_type(plan.configuration.robot.n)
     outcomes = []
     for one in injected:
@@ -53,7 +53,7 @@ def write_injection_report(plan: Plan, folder: Path, injected: Sequence[Injected
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Rows of one task: moves without and with a push, and what ran in them."""
+    """Rows of one task: moves without and with a push, and the detectors that ran in them."""
 
     task: TaskName
     free: Rows
@@ -95,7 +95,7 @@ def _write(plan: Plan, folder: Path, outcomes: Sequence[Outcome], effort: Effort
 
 
 def _found_after(hits: Rows, number: int) -> npt.NDArray[np.float64]:
-    """Seconds from onset to excess of the collisions that a detector found, and had not reported before."""
+    """Seconds from onset to excess of the collisions that a detector found and had not reported before."""
     rows = hits[~np.isfinite(hits["early_s"][:, number])]
     delay = guard_delay(rows) if number == 0 else rows["delay_s"][:, number]
     result: npt.NDArray[np.float64] = delay[found_in_time(rows, delay)]
@@ -211,5 +211,5 @@ def _range(group: dict[str, Any], unit: str) -> str:
 
 
 def folder_of(out: str | None, plan: Plan) -> Path:
-    """Where the results go unless --out says."""
+    """Default folder of the results."""
     return Path(out) if out else Path("out") / "campaign" / plan.path.stem

@@ -1,7 +1,8 @@
-"""Results on disk: one Parquet file a shard, each whole or not there, so that a campaign goes on after any end.
+"""Results on disk: one Parquet file per shard, complete or absent, so that a campaign can resume after any
+interruption.
 
-The folder belongs to one plan: `plan.json` holds its digest. A shard's file carries the digest too; what does not
-belong, or cannot be read, is computed again.
+The folder belongs to one plan; `plan.json` holds its digest. Each shard's file carries the digest, too. A file that
+does not belong to the plan or cannot be read is computed again.
 """
 
 import io
@@ -60,7 +61,7 @@ class Store:
         return self.folder / "shards" / f"{shard.name}.parquet"
 
     def has(self, shard: Shard) -> bool:
-        """Whether the shard is there, whole, and of this plan."""
+        """Whether the shard exists, is complete, and belongs to this plan."""
         import pyarrow as pa
         import pyarrow.parquet as parquet
 
@@ -72,7 +73,7 @@ class Store:
         return owner == self._digest and metadata.num_rows == shard.count
 
     def write(self, shard: Shard, runs: Rows, results: Rows) -> None:
-        """Raises OSError, with nothing left behind, if the disk does not take it."""
+        """Raises OSError, without leaving a partial file, if the disk does not accept it."""
         import pyarrow as pa
         import pyarrow.parquet as parquet
 
@@ -109,7 +110,7 @@ class Store:
         return np.concatenate(parts) if parts else np.zeros(0, row_type(self._joints))
 
     def thresholds(self) -> Thresholds | None:
-        """What the free moves gave, if they are done."""
+        """Results of the free moves, if they are complete."""
         path = self.folder / "thresholds.json"
         if not path.exists():
             return None
@@ -125,7 +126,7 @@ class Store:
 
 
 def row_type(joints: int) -> np.dtype[Any]:
-    """A stored row: what was planned beside what came of it."""
+    """A stored row: the planned run with its result."""
     fields: list[tuple[Any, ...]] = [(name, layout.RUN[field]) for name, field in PLANNED.items()]
     for name in layout.RESULT.names or ():
         kind = layout.RESULT[name]

@@ -17,7 +17,7 @@ FORCE_EDGES_N = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0, math.inf)
 PAYLOAD_EDGES_KG = (0.0, 0.5, 1.0, 2.0, 3.0, math.inf)
 ROC_POINTS = 200
 
-# Stops for what the guard computed; every other one is for an input.
+# Stops because of a computed value. All others are because of an input.
 DETECTION = (
     Reason.COLLISION,
     Reason.SUDDEN,
@@ -30,19 +30,19 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 def judged(hits: Rows) -> Rows:
-    """The collisions that say something: the guard permitted motion until something touched the arm."""
+    """The collisions that can be judged: the guard permitted motion until something touched the arm."""
     return hits[hits["status"] == layout.DONE]
 
 
 def found_in_time(rows: Rows, delay_s: npt.NDArray[np.float64]) -> BoolArray:
-    """Whether a detector's first excess came while the push lasted, or at most LATE_S later."""
+    """Whether a detector's first excess came during the push, or at most LATE_S after it."""
     with np.errstate(invalid="ignore"):
         result: BoolArray = delay_s <= rows["release_s"] - rows["onset_s"] + LATE_S
     return result
 
 
 def guard_delay(rows: Rows) -> npt.NDArray[np.float64]:
-    """From the onset to the stop, s; NaN without one. A stop for an input finds nothing."""
+    """From the onset to the stop, s; NaN without one. A stop because of an input finds nothing."""
     found = np.isin(rows["reason"], DETECTION)
     result: npt.NDArray[np.float64] = np.where(found, rows["stop_s"] - rows["onset_s"], np.nan)
     return result
@@ -61,7 +61,7 @@ def share(found: BoolArray) -> dict[str, Any]:
 
 
 def _spread(values: npt.NDArray[np.float64], digits: int = 1) -> dict[str, Any]:
-    """Median and 95th percentile with intervals; None of nothing."""
+    """Median and 95th percentile with intervals; None without samples."""
     if len(values) == 0:
         return {"p50": None, "p95": None}
     return {
@@ -89,7 +89,7 @@ def _bins(rows: Rows, values: npt.NDArray[np.float64], edges: tuple[float, ...])
 
 
 def _false_stops(free: Rows, hits: Rows) -> dict[str, Any]:
-    """Stops while nothing touched the arm: in the judged free moves, and before the onset of the collisions."""
+    """Stops without a contact: in the judged free moves, and before the onset of the collisions."""
     both = np.concatenate([free, hits])
     both = both[np.isin(both["status"], (layout.DONE, layout.FALSE_STOP, layout.NOT_TOUCHED))]
     stops, hours = int(both["stops"].sum()), float(both["free_s"].sum()) / 3600
@@ -135,9 +135,9 @@ def _compared(free: Rows, hits: Rows, number: int, name: str, threshold: list[fl
 
 
 def roc(free: Rows, hits: Rows, number: int) -> dict[str, list[float]]:
-    """Share of collisions found over share of free moves stopped, as all thresholds are scaled by one factor.
+    """Share of collisions found over share of free moves stopped, for all thresholds scaled by one factor.
 
-    Peaks only: debounce and latency are not in it, and a move that the guard stopped counts up to its stop.
+    Peaks only, without debounce and latency. A move that the guard stopped counts up to its stop.
     """
     moves = free[np.isin(free["status"], (layout.DONE, layout.FALSE_STOP))]["before"][:, number]
     peaks = hits["during"][:, number]
@@ -152,7 +152,7 @@ def roc(free: Rows, hits: Rows, number: int) -> dict[str, list[float]]:
 
 
 def summarise(task: str, free: Rows, all_hits: Rows, names: list[str], thresholds: list[list[float]]) -> dict[str, Any]:
-    """Everything that the report says of one task."""
+    """All results of one task."""
     hits = judged(all_hits)
     statuses, reasons = np.bincount(all_hits["status"], minlength=len(layout.STATUSES)), hits["reason"]
     stopped = np.isfinite(hits["stop_s"])

@@ -1,7 +1,7 @@
-"""A plan as pieces of work: which guards and detectors run, the shards, and what one shard computes.
+"""A plan as pieces of work: the guards and detectors, the shards, and the computation of one shard.
 
-The free moves come first, without obeying the guard: their maxima give thresholds to every detector that has none.
-Then follow the moves that are judged and the collisions, with the thresholds in force.
+The free moves come first and ignore the guard: their maxima give thresholds to every detector that has none. The judged
+moves and the collisions follow, with these thresholds.
 """
 
 import functools
@@ -47,7 +47,7 @@ class Shard:
 
 
 def calibrating(plan: Plan) -> int:
-    """How many of a task's free moves calibrate; the others are judged."""
+    """How many of a task's free moves calibrate. The others are judged."""
     return plan.file.free_moves // 2
 
 
@@ -74,7 +74,7 @@ class Comparison:
 
 
 def comparison(plan: Plan, task: TaskName, thresholds: Thresholds) -> Comparison:
-    """Everything that runs in a task's collisions, with `thresholds` where they name a detector."""
+    """All detectors of a task's collisions; `thresholds` replaces theirs by name."""
     file, own = plan.file, plan.configuration
     found = {name: np.array(values) for name, values in thresholds.get(task, {}).items()}  # the guard's by channel
     n, period_s = own.robot.n, own.period_us * 1e-6
@@ -120,7 +120,7 @@ def _with_threshold(configuration: Configuration, task: TaskName, threshold: Flo
 
 
 def largest_thresholds(configuration: Configuration) -> FloatArray:
-    """What a configuration may have, (n,) Nm."""
+    """Allowed maximum of a configuration's thresholds, (n,) Nm."""
     return np.array([LARGEST_THRESHOLD * joint.torque_max / THRESHOLD_SHARE for joint in configuration.robot.joints])
 
 
@@ -140,7 +140,7 @@ def thresholds_of(maxima: FloatArray, false_share: float) -> FloatArray:
 
 
 class Worker:
-    """Computes shards of one plan; one bench for each thread that asks, made when it first does."""
+    """Computes shards of one plan. Each calling thread gets its own bench on first use."""
 
     def __init__(self, plan: Plan, thresholds: Thresholds) -> None:
         self.plan = plan
@@ -198,7 +198,7 @@ def _share(plan: Plan) -> float:
 
 @functools.lru_cache(maxsize=2)
 def _worker(plan_bytes: bytes, thresholds: str) -> Worker:
-    """The worker of a process of a cluster, made once for a plan."""
+    """The worker of a cluster's process, made once per plan."""
     import json
     import pickle
 

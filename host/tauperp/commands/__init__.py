@@ -1,1 +1,1 @@
-"""The subcommands of `tauperp`, a module each; tauperp.cli says what such a module holds."""
+"""The subcommands of `tauperp`, one module each. tauperp.cli states what such a module contains."""

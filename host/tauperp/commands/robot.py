@@ -1,4 +1,4 @@
-"""`tauperp robot`: a robot's table for the firmware, written only if other readers find the same numbers in it."""
+"""`tauperp robot`: a robot's table for the firmware, written only if other readers get the same numbers."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""`tauperp version ELF`: which firmware, build and configuration an image is."""
+"""`tauperp version ELF`: the firmware, build and configuration of an image."""
 
 import argparse
 import dataclasses

@@ -58,23 +58,23 @@ def components_of(task: Task) -> tuple[Component, ...]:
 
 
 def explained_directions(task: Task) -> int:
-    """How many directions of torque the task explains at most."""
+    """Number of directions of torque that the task explains at most."""
     return len(set(task.components)) if task.index == "d_f" else _EXPLAINED[task.index]
 
 
 def is_blind(task: Task, joints: int) -> bool:
-    """True if the task explains every direction that an arm of so many joints has."""
+    """True if the task explains every direction of an arm with this many joints."""
     return task.index not in ("off", "r") and joints <= explained_directions(task)
 
 
 def index_is_blind(index: str, joints: int) -> bool:
-    """The same of an index that needs no components."""
+    """The same for an index without components."""
     return 0 < joints <= _EXPLAINED[index]
 
 
 @dataclasses.dataclass(frozen=True)
 class Configuration:
-    """What the guard is built on. Made by `load_configuration`; `source` names it in messages.
+    """All settings of a guard. Made by `load_configuration`; `source` names it in messages.
 
     Construction raises InputError, with the key's place, for settings that do not fit each other or the robot.
     """
@@ -208,18 +208,18 @@ class Configuration:
 
     @property
     def channels(self) -> int:
-        """How many channels the bank has."""
+        """Number of channels of the bank."""
         return max(1, len(self.settings.bank.channel))
 
     @property
     def settling_us(self) -> int:
-        """The observer runs for so long without a restart before a permission: 5 time constants, in whole cycles."""
+        """How long the observer must run without a restart before a permission: 5 time constants, in whole cycles."""
         cycles = int(np.ceil(SETTLING / self.settings.observer.gain_per_s * 1e6 / self.period_us - 1e-9))
         return max(1, cycles) * self.period_us
 
     @property
     def healthy_us(self) -> int:
-        """Everything has to be good for so long before a permission."""
+        """How long everything must be good before a permission."""
         own = self.settings.reset.healthy_ms
         return self.settling_us if own is None else round(own * 1000)
 
@@ -250,7 +250,7 @@ class Configuration:
         return np.broadcast_to(np.array(values, float), self.robot.n).copy()
 
     def timeout_cycles(self, kind: Literal["sync", "joint", "task"]) -> int:
-        """Cycles after which an input is too old: the file's own number, else the DBC's TimeoutCycles."""
+        """Cycles after which an input is too old: the file's number, else the DBC's TimeoutCycles."""
         own = {
             "sync": self.settings.deadline.sync_cycles,
             "joint": self.settings.deadline.joint_cycles,
@@ -262,7 +262,7 @@ class Configuration:
         return self.wire.message(message).timeout_cycles
 
     def changed(self, **tables: Mapping[str, Any]) -> "Configuration":
-        """The same installation with some keys of some tables replaced, e.g. changed(wire={"rate_hz": 200}).
+        """The same installation with some keys of some tables replaced, for example changed(wire={"rate_hz": 200}).
 
         Raises InputError as a file with these keys would.
         """
@@ -284,7 +284,7 @@ class Configuration:
         return block
 
     def crc(self, numeric: Numeric = "float32") -> int:
-        """The CRC-32 inside the block: the configuration's name in every report."""
+        """The CRC-32 inside the block. Reports identify the configuration by it."""
         return block_crc(self.block(numeric))
 
     @cached_property
@@ -352,7 +352,7 @@ class Configuration:
         }
 
     def watched(self, name: str) -> int:
-        """The channels that a task watches, a bit for each: those of `sudden` only where it has fast components."""
+        """The channels of a task, one bit each. Channels of `sudden` only if the task has fast components."""
         bank, fast = self.settings.bank.channel, self.settings.task[name].fast
         ofs = [channel.of for channel in bank] or ["unexplained"]
         return sum(1 << place for place, of in enumerate(ofs) if of == "unexplained" or fast)

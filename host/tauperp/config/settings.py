@@ -1,6 +1,6 @@
-"""The TOML file of one installation: its tables, keys, units and the range of each number by itself.
+"""The TOML file of one installation: its tables, keys and units, and the range of each single number.
 
-What depends on the robot or on several numbers together is checked by `tauperp.config.configuration`.
+`tauperp.config.configuration` checks what depends on the robot or on several numbers together.
 """
 
 from typing import Annotated, Any, Literal
@@ -24,7 +24,7 @@ MAX_MORE = 3  # tasks of one's own, with the numbers 4, 5 and 6
 
 
 def _one_or_many(value: Any) -> Any:
-    """A single number stands for every joint."""
+    """A single number applies to every joint."""
     return [value] if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
@@ -43,7 +43,7 @@ def _name_or_table(value: Any) -> Any:
 
 
 class RobotChoice(Table):
-    """Which arm: a shipped name or the path of a URDF or MJCF file, relative to the file that says so."""
+    """The arm: a shipped name, or the path of a URDF or MJCF file relative to this file."""
 
     model: str = Field(min_length=1)
     base: str | None = None  # first body of the chain, where the file holds more than one arm
@@ -73,7 +73,7 @@ class Channel(Table):
 
 
 class Bank(Table):
-    """The filters of what the task leaves unexplained. Empty: one first-order low-pass with the observer's gain."""
+    """The filters of the unexplained torque. Empty: one first-order low-pass with the observer's gain."""
 
     channel: list[Channel] = Field(default=[], max_length=MAX_CHANNELS)
 
@@ -101,7 +101,7 @@ class Regressor(Table):
 
 
 class Limits(Table):
-    """How much the task may explain; beyond is a stop of its own reason."""
+    """Limits of what the task explains. Beyond them is a stop with its own reason."""
 
     mass_max_kg: float = Field(gt=0, le=50)  # payload
     arm_max_m: float = Field(ge=0, le=1)  # payload: distance of its centre of mass from the tip
@@ -115,7 +115,7 @@ class Limits(Table):
 
 
 class Sensor(Table):
-    """What the joints' torque sensors read besides the torque of the link (`tauperp calibrate`), Nm."""
+    """Offset and friction of the joints' torque sensors (`tauperp calibrate`), Nm."""
 
     offset_nm: Annotated[list[Annotated[float, Field(ge=-64, le=64)]], BeforeValidator(_one_or_many)] = Field(
         default=[0.0], min_length=1, max_length=MAX_JOINTS
@@ -154,7 +154,7 @@ class Tasks(Table):
 
     @property
     def numbers(self) -> dict[str, int]:
-        """Every task that the file has, with its number on the wire."""
+        """All tasks of the file, with their numbers on the wire."""
         numbers: dict[str, int] = dict(TASKS.items())
         return numbers | {task.name: len(TASKS) + 1 + place for place, task in enumerate(self.more)}
 
@@ -164,7 +164,7 @@ class Tasks(Table):
 
 
 class Deadline(Table):
-    """Ages at which an input is too old, in cycles. Unset: what the DBC's TimeoutCycles says."""
+    """Ages at which an input is too old, in cycles. Unset: the DBC's TimeoutCycles."""
 
     sync_cycles: int | None = Field(default=None, ge=1, le=MAX_INPUT_CYCLES)
     joint_cycles: int | None = Field(default=None, ge=1, le=MAX_GAP)

@@ -1,4 +1,4 @@
-"""The whole guard: frames and time in, a verdict with its frames out, as a board would drive it."""
+"""The whole guard: frames and time in, a verdict with its frames out. The caller drives it like a board."""
 
 from __future__ import annotations
 
@@ -42,38 +42,38 @@ _GUARD_OK = 1
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What one tick decided (guard_output_t)."""
+    """Result of one tick (guard_output_t)."""
 
     state: State
     reason: Reason
     permitted: bool
-    fresh: bool  # a new snapshot went through the stages on this tick
-    task: int  # in force, as on the wire
+    fresh: bool  # a new snapshot went through the stages in this tick
+    task: int  # active task, number as on the wire
     stop_category: int
-    joint: int  # 1 to n: of the trip or waited for; 0 none
+    joint: int  # 1 to n: joint of the trip, or the joint that the guard waits for; 0: none
     trip_number: int  # of the last trip; 0 before the first
     cycle: int  # of the newest Sync
     value_nm: float  # the index of `joint` at the trip; N or Nm for EXPLAINED_*
     threshold_nm: float
     residual: FloatArray  # (n,) r of this tick, Nm
-    index: FloatArray  # (n,) the index in force, in the channel nearest to its threshold, Nm
-    threshold: FloatArray  # (n,) in force there, Nm
+    index: FloatArray  # (n,) the index of the active task, in the channel nearest to its threshold, Nm
+    threshold: FloatArray  # (n,) threshold in force in that channel, Nm
     channel: int  # of the index that is nearest to its threshold
-    smallest_singular: float  # of the basis in force, or a bound below it, Nm per N; 0 without one
+    smallest_singular: float  # of the active basis, or a lower bound, Nm per N; 0 without a basis
     rank: int
-    frames: list[can.Message]  # to be sent in this order
+    frames: list[can.Message]  # send in this order
 
 
 class Guard:
-    """One guard of the C firmware, on one configuration block (`Configuration.block()`).
+    """One guard of the C firmware, with one configuration block (`Configuration.block()`).
 
-    The caller is the board: it hands over every frame in the order of reception, ticks once a cycle, and sends the
-    verdict's frames. Time is any monotonic clock in microseconds. Not for more than one thread.
+    The caller acts as the board: it passes every frame in the order of reception, ticks once per cycle, and sends the
+    verdict's frames. Time comes from any monotonic clock, in microseconds. One thread uses one guard.
 
-    start, restarts   why the guard starts, and how many unexpected restarts there were (guard_note_start)
-    with_events       the event recorder's frames come behind the guard's own (event_log.h)
+    start, restarts   cause of the start, and number of unexpected restarts (guard_note_start)
+    with_events       append the event recorder's frames to the guard's own (event_log.h)
 
-    Raises InputError if the firmware refuses the block, with the firmware's reason.
+    Raises InputError, with the firmware's reason, if the firmware refuses the block.
     """
 
     def __init__(
@@ -126,12 +126,12 @@ class Guard:
         return self._config
 
     def receive(self, message: can.Message, now_us: int) -> None:
-        """One received frame. Error frames are ignored, as a real CAN controller does."""
+        """Process one received frame. Error frames are ignored, as a real CAN controller does."""
         if not message.is_error_frame:
             self._lib.guard_receive(self._guard, self.frame_of(message), now_us)
 
     def frame_of(self, message: can.Message) -> Any:
-        """The frame as a can_frame_t, in one place in memory: valid until the next call."""
+        """The frame as a can_frame_t, always at the same place in memory: valid until the next call."""
         frame = self._frame
         frame.id = message.arbitration_id
         frame.length = message.dlc  # which a remote frame has without data
@@ -145,11 +145,11 @@ class Guard:
         return frame
 
     def cycle_complete(self) -> bool:
-        """Every joint's reading of the newest Sync's cycle is in, and no tick has used it yet."""
+        """Whether every joint's reading of the newest Sync's cycle was received and no tick has used it yet."""
         return bool(self._lib.guard_cycle_complete(self._guard))
 
     def tick(self, now_us: int) -> Verdict:
-        """Decide. Costs some 20 us in Python, of which the firmware takes a few."""
+        """Make one tick. Costs about 20 us in Python, of which the firmware takes a few."""
         output, n, scale = self._output, self.n, self._scale
         self._lib.guard_tick(self._guard, now_us, output)
         frames = [self._message(output.frame[i], now_us) for i in range(output.frame_count)]
@@ -179,7 +179,7 @@ class Guard:
         )
 
     def note_tick_time(self, tick_us: int) -> None:
-        """How long the tick just done took; over the budget is FAULT at the next tick."""
+        """Duration of the last tick. Above the budget the next tick is FAULT."""
         self._lib.guard_note_tick_time(self._guard, tick_us)
 
     def trip(self, reason: Reason) -> None:
@@ -212,6 +212,7 @@ def reaction_us(block: bytes) -> int:
 
 
 def _numeric_of(block: bytes) -> Numeric:
-    """The build that the block was made for. A block that does not say so goes to the float build, which refuses it."""
+    """The build that the block was made for. A block without this information goes to the float build, which refuses
+    it."""
     number = int.from_bytes(block[_NUMERIC_OFFSET : _NUMERIC_OFFSET + 4], "little")
     return next((name for name, value in NUMERICS.items() if value == number), "float32")

@@ -47,7 +47,7 @@ class Library:
 
     @property
     def scalar(self) -> np.dtype[Any]:
-        """num_t as numpy sees it."""
+        """num_t as a numpy type."""
         return np.dtype(np.float32 if self.numeric == "float32" else np.int32)
 
     def new(self, declaration: str) -> Any:
@@ -59,7 +59,7 @@ class Library:
         return np.frombuffer(self.ffi.buffer(member), self.scalar)
 
     def to_num(self, values: FloatArray) -> npt.NDArray[Any]:
-        """Physical units to num_t, rounded once. Raises ValueError for what does not fit."""
+        """Convert physical units to num_t, rounded once. Raises ValueError for a value that does not fit."""
         if self.numeric == "float32":
             return values.astype(np.float32)
         scaled = np.rint(values * _FRACTION)
@@ -68,7 +68,7 @@ class Library:
         return scaled.astype(np.int32)
 
     def from_num(self, values: npt.NDArray[Any]) -> FloatArray:
-        """num_t to physical units; always a copy."""
+        """Convert num_t to physical units; always a copy."""
         result = values.astype(np.float64)
         return result if self.numeric == "float32" else result / _FRACTION
 

@@ -8,7 +8,7 @@ from tauperp.firmware.guard import Guard, Verdict
 class Schedule:
     """Drives one guard by the caller's clock (microseconds, monotonic), in real time or in lockstep with the bus.
 
-    Each method returns the verdicts of the ticks that became due, in their order, for their frames to be sent.
+    Each method returns the verdicts of the ticks that became due, in order. The caller sends their frames.
     """
 
     def __init__(self, guard: Guard, *, in_lockstep: bool, now_us: int) -> None:
@@ -23,11 +23,11 @@ class Schedule:
 
     @property
     def due_us(self) -> int:
-        """When `look` has something to do next, by the caller's clock."""
+        """Time at which `look` next has something to do, on the caller's clock."""
         return int(self._schedule.due_us)
 
     def receive(self, frame: can.Message, now_us: int) -> list[Verdict]:
-        """One frame of another node. In lockstep, ticks that become due are made before it."""
+        """Process one frame of another node. In lockstep, ticks that become due are made before it."""
         if frame.is_error_frame:
             return []
         verdicts = []

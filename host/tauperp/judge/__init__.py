@@ -1,1 +1,1 @@
-"""What came of a run, in numbers and in words."""
+"""The result of a run, in numbers and in words."""

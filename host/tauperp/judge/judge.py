@@ -1,15 +1,15 @@
-"""What came of a run, in numbers and in words: collisions, faults, stops, peaks, the permission, and a verdict.
+"""The result of a run, in numbers and in words: collisions, faults, stops, peaks, the permission, and a verdict.
 
-A collision is *under way* from the first touch until 5 / K after the last one, K the observer's gain: by then what the
-observer remembers of it has decayed below 1 %. A stop for a collision at any other time is a false stop.
+A collision is *in progress* from the first touch until 5 / K after the last one, where K is the observer's gain. By
+then the observer's memory of it has decayed below 1 %. A stop for a collision at any other time is a false stop.
 
-The *free peaks* are what r and the index reach while motion is permitted, no collision is under way and no sensor fault
-of the scenario lasts or has lasted within 5 / K. The tick that takes a permission away counts: a false stop is in them.
-Grasping, letting go, retreating and coming back are in them too.
+The *free peaks* are the largest r and index while motion is permitted, no collision is in progress, and no sensor fault
+of the scenario acts or has acted within 5 / K. The tick that ends a permission counts, so a false stop is included.
+Grasping, releasing, retreating and returning are included, too.
 
-Only what met a moving, permitted robot was tested. A strike on a stopped arm, or a fault that nobody could notice, is
-*not tested*: neither passed nor missed. The verdict is `failed` for a false stop, a missed collision or a run that did
-not come to its end; else `incomplete` if something was not tested; else `passed`.
+Only an event on a moving, permitted robot was tested. A strike on a stopped arm, or a fault that nothing could detect,
+is *not tested*: neither passed nor missed. The verdict is `failed` for a false stop, a missed collision or an
+incomplete run; else `incomplete` if something was not tested; else `passed`.
 """
 
 import dataclasses
@@ -30,7 +30,7 @@ from tauperp.sim.sensors import SensorFault
 from tauperp.words import spoken
 
 SETTLE_GAINS = 5.0  # times 1 / K
-FAULT_AFTERMATH_S = 1.0  # a stop that long after frames were wrong or missing is still their doing
+FAULT_AFTERMATH_S = 1.0  # s; a stop this long after wrong or missing frames still counts as caused by them
 DETECTIONS = (
     Reason.COLLISION,
     Reason.EXPLAINED_FORCE,
@@ -39,7 +39,7 @@ DETECTIONS = (
     Reason.SUDDEN,
     Reason.INPUT_RANGE,
 )
-SILENCE = "SILENCE"  # of a stop for want of any StopCommand
+SILENCE = "SILENCE"  # reason of a stop without any StopCommand
 DETECTED, MISSED, NOT_TESTED = "detected", "missed", "not tested"
 
 
@@ -117,7 +117,7 @@ class _Judge:
                 yield f"the fault '{one['kind']}' of joint {one['joint']} was not tested: {one['why']}"
 
     def _since(self) -> str:
-        """What a run that did not end was waiting for."""
+        """What an incomplete run was waiting for."""
         trace = self._trace
         if trace.permitted[-1]:
             return ""
@@ -185,7 +185,7 @@ class _Judge:
         return row
 
     def _fault(self, fault: SensorFault) -> dict[str, Any]:
-        """One sensor fault: what it did to the permission."""
+        """One sensor fault: its effect on the permission."""
         trace = self._trace
         rows = (trace.time_s >= fault.start_s) & (trace.time_s <= fault.end_s)
         stop = next((one for one in trace.stops if _is_doing(one, fault, self._settle_s)), None)
@@ -238,18 +238,18 @@ class _Judge:
         }
 
     def _permitted_at(self, time_s: float) -> bool:
-        """In the cycle that this time falls into."""
+        """Whether it was in the cycle that contains this time."""
         trace = self._trace
         row = int(np.searchsorted(trace.time_s, time_s, side="right")) - 1
         return bool(trace.permitted[max(row, 0)])
 
     def _permitted_before(self, time_s: float) -> bool:
-        """In the last cycle that began before this time."""
+        """Whether it was in the last cycle that started before this time."""
         row = int(np.searchsorted(self._trace.time_s, time_s, side="left")) - 1
         return row >= 0 and bool(self._trace.permitted[row])
 
     def _residual_alone(self) -> dict[str, Any]:
-        """What the same threshold on r instead of the index would have done while no collision was under way."""
+        """How the same threshold on r instead of the index would have acted while no collision was in progress."""
         trace, quiet = self._trace, self._quiet
         above = np.any(quiet & (np.abs(trace.residual_nm) > trace.threshold_nm), axis=1)
         starts = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
@@ -275,7 +275,7 @@ class _Judge:
         }
 
     def _whose(self) -> dict[str, Any]:
-        """The guard of this process, or somebody else's in its own words and with what is not as it should be."""
+        """The guard of this process; or an external one as it reports itself, with its deviations."""
         if isinstance(self._guard, Guard):
             return {"whose": "library"}
         identity = self._guard.identity
@@ -287,10 +287,10 @@ class _Judge:
 
 
 def _is_doing(stop: Stop, fault: SensorFault, settle_s: float) -> bool:
-    """Whether a stop may be a fault's doing.
+    """Whether a fault may have caused a stop.
 
-    A frame that is wrong or missing is never taken for a collision, and the guard may hold it against its sender for a
-    while. What a wrong torque did to the index is over when the observer has settled.
+    The guard never treats a wrong or missing frame as a collision, and its error rate may remember the sender for a
+    while. The effect of a wrong torque on the index ends when the observer has settled.
     """
     of_torque = fault.kind in ("offset", "gain", "stuck")
     until_s = fault.end_s + (settle_s if of_torque else FAULT_AFTERMATH_S)
@@ -298,7 +298,7 @@ def _is_doing(stop: Stop, fault: SensorFault, settle_s: float) -> bool:
 
 
 def permitted_spans(trace: Trace) -> list[tuple[float, float | None]]:
-    """When permission came and went, s; None for one that lasted to the end."""
+    """Times at which permission was given and ended, s; None if it lasted to the end."""
     edges = np.diff(trace.permitted.astype(int), prepend=0)
     begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     times = [round(float(value), 6) for value in trace.time_s]

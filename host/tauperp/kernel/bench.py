@@ -43,7 +43,7 @@ _SIGNALS = {
 
 
 class StopFlag:
-    """Set by another thread or a signal's handler: a running call returns after the run at hand."""
+    """Set by another thread or a signal handler: a running call returns after its current run."""
 
     def __init__(self) -> None:
         self.value = ctypes.c_uint32(0)
@@ -92,7 +92,7 @@ def _mujoco_library() -> Path:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Heard:
-    """What a guard said of each row of a recording; Nm. Rows from `rows` on were not sent."""
+    """The guard's output for each row of a recording; Nm. Rows from `rows` on were not sent."""
 
     residual: npt.NDArray[np.float64]  # (m, n) r
     index: npt.NDArray[np.float64]  # (m, channels, n)
@@ -214,7 +214,7 @@ class Bench:
         return results[:done]
 
     def listen(self, readings: Readings, cycles: npt.NDArray[np.uint32], task: int) -> "Heard":
-        """What the first guard makes of a recording, row by row."""
+        """The first guard's output for a recording, row by row."""
         recording, _kept = _recording(readings, cycles, task)
         rows, n = len(cycles), self.robot.n
         residual, index = np.zeros((rows, n)), np.zeros((rows, self.configuration.channels, n))
@@ -231,7 +231,7 @@ class Bench:
         return Heard(residual, index, explained, verdict & 1 != 0, verdict & 2 != 0, int(done))
 
     def twin(self) -> "Bench":
-        """The same for another thread, with models of its own."""
+        """The same for another thread, with its own models."""
         other = copy.copy(self)
         other.setup = self.setup.copy()
         other._plant, other._nominal, other._contact = map(copy.copy, (self._plant, self._nominal, self._contact))
@@ -259,7 +259,7 @@ def _contact_model(robot: Robot, timestep: float) -> Any:
 
 
 def _check_guards(configurations: Sequence[Configuration], numeric: Numeric) -> None:
-    """The firmware's own verdict on each block, and what guards on the same frames must have in common."""
+    """Refuses blocks that the firmware refuses, and guards on the same frames with different formats or cycles."""
     from tauperp.firmware import Guard
 
     first = configurations[0]

@@ -1,8 +1,8 @@
-"""What a campaign compares: the guard, and simpler detectors on the very signals that the guards compute.
+"""The detectors of a campaign: the guard, and simpler detectors on the same signals that the guards compute.
 
-Every detector is a linear filter of one guard's r or index and a threshold for each joint. A band-pass is Butterworth's
-of second order (the paper's related work names 1 to 10 and 3 to 30 Hz); an observer of another gain K follows from r
-exactly, since r is the one-tick residual through a first-order low-pass whose pole is known.
+Every detector is a linear filter of one guard's r or index, with a threshold per joint. A band-pass is a second-order
+Butterworth (the paper's related work names 1 to 10 and 3 to 30 Hz). An observer with another gain K follows exactly
+from r, because r is the one-tick residual after a first-order low-pass with a known pole.
 """
 
 import dataclasses
@@ -35,7 +35,7 @@ class Detector:
     debounce_ticks: int = 1
 
     def fill(self, target: Any, joints: int) -> None:
-        """Write this into a layout.DETECTOR."""
+        """Write this to a layout.DETECTOR."""
         if len(self.sections) > layout.SECTIONS:
             raise InputError(f"{self.name}: {len(self.sections)} sections of a filter, {layout.SECTIONS} at most")
         if self.source != "own":
@@ -65,7 +65,7 @@ def band_pass(low_hz: float, high_hz: float, period_s: float) -> FloatArray:
 
 
 def other_gain(gain_per_s: float, of_gain_per_s: float, period_s: float) -> FloatArray:
-    """From the r of one observer gain to that of another, (1, 6)."""
+    """The filter that turns r of one observer gain into r of another, (1, 6)."""
     new, old = math.exp(-gain_per_s * period_s), math.exp(-of_gain_per_s * period_s)
     scale = (1 - new) / (1 - old)
     return np.array([[scale, -scale * old, 0.0, 1.0, -new, 0.0]])

@@ -1,8 +1,9 @@
-"""The live view of a bus with a guard on it. It only listens: nothing in this package has a way to send.
+"""The live view of a bus with a guard. It only listens: nothing in this package can send.
 
     frames -> Monitor (model) -> Snapshot -> compose (screen) or report (JSON)
 
-A Monitor keeps what was heard, a Snapshot is all of it at one instant as plain values, and the rest only draws those.
+A Monitor keeps what it received. A Snapshot is its state at one instant as plain values. The rest only displays
+Snapshots.
 """
 
 from tauperp.monitor.model import Monitor

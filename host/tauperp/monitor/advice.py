@@ -1,16 +1,17 @@
-"""What a person can do about a robot that may not move: the reset that is wanted, why the last one was refused, and
-what is not healthy yet."""
+"""What a person can do about a robot that may not move: the required reset, why the last reset was refused, and which
+conditions are not met yet.
+"""
 
 from tauperp.monitor.snapshot import Snapshot, spoken
 
-NEAR = 1.0  # of its threshold: an index above it keeps the guard from granting a reset
-SILENT_SHARE = 0.5  # of the frames that should come: fewer, and they are missing, not only slow
-RESET_SHOWN_S = 5.0  # a reset that is older is not the last try any more
+NEAR = 1.0  # share of its threshold; an index above it prevents a reset
+SILENT_SHARE = 0.5  # share of the expected frames; below it frames are missing, not only slow
+RESET_SHOWN_S = 5.0  # s; an older reset is no longer the last attempt
 WANTED = ("AwaitingReset", "Restarted")
 
 
 def advice(snapshot: Snapshot) -> str:
-    """One line while motion is not permitted and the guard is heard; empty otherwise."""
+    """One line while motion is not permitted and the guard answers; else empty."""
     if snapshot.verdict is None or not snapshot.heard or snapshot.permitted:
         return ""
     verdict, state = snapshot.verdict.value, snapshot.live("State")
@@ -27,9 +28,9 @@ def advice(snapshot: Snapshot) -> str:
 
 
 def _troubles(snapshot: Snapshot) -> str:
-    """What is missing or too large now."""
+    """What is missing or too large at present."""
     silent = [one for one in snapshot.traffic if one.missing and one.rate_hz < SILENT_SHARE * (one.expected_hz or 0.0)]
-    if snapshot.live("Variant") == "Lockstep":  # a simulation takes the time that it needs
+    if snapshot.live("Variant") == "Lockstep":  # a simulation may be slower than real time
         silent = [one for one in silent if one.rate_hz == 0.0]
     missing = [f"joint {one.joint}" if one.joint else one.name for one in silent]
     missing = [name for name in missing if name not in ("StopCommand", "GuardStatus", "GuardIndex")]
@@ -51,7 +52,7 @@ def _few(names: list[str]) -> str:
 
 
 def _refused(snapshot: Snapshot) -> str:
-    """Why the last reset that was heard did nothing."""
+    """Why the last reset had no effect."""
     verdict, reset = snapshot.verdict, snapshot.reset
     if verdict is None or reset is None or reset.age_s > RESET_SHOWN_S or not reset.value.request:
         return ""
@@ -63,7 +64,7 @@ def _refused(snapshot: Snapshot) -> str:
 
 
 def singular(snapshot: Snapshot) -> str:
-    """What a smallest singular value of zero means; empty for any other."""
+    """Meaning of a smallest singular value of zero; empty for any other."""
     if snapshot.live("SmallestSingular") != 0.0:
         return ""
     task = snapshot.live("Task")

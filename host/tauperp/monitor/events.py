@@ -1,4 +1,4 @@
-"""The guard's recorded trips, put together from GuardEvent frames: what r, index, channel and task did around each."""
+"""The guard's recorded trips, assembled from GuardEvent frames: r, index, channel and task around each trip."""
 
 import json
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from tauperp.files import write_atomically
 from tauperp.wire import Receiver, Wire
 
 MESSAGE = "GuardEvent"
-AFTER = 20  # samples behind the trip's own: EVENT_AFTER of event_log.h
+AFTER = 20  # samples after the trip's own: EVENT_AFTER of event_log.h
 FloatArray = npt.NDArray[np.float64]
 
 
@@ -53,7 +53,7 @@ class Event:
 
 
 class EventReader:
-    """`hear` every frame of a bus; an event comes out when the last of its frames has come, once."""
+    """Pass every frame of a bus to `hear`. It returns each event once, when its last frame has arrived."""
 
     def __init__(self, wire: Wire) -> None:
         self._receiver = Receiver(wire)
@@ -63,7 +63,7 @@ class EventReader:
         self._done: set[tuple[int, int]] = set()  # slot, trip
 
     def hear(self, frame: can.Message) -> Event | None:
-        """One frame, whatever it is; frames that fail their check are passed over and come again."""
+        """Process any frame. A frame that fails its check is ignored; it will be repeated."""
         if frame.arbitration_id != self._id or frame.is_error_frame:
             return None
         received = self._receiver.receive(frame)
@@ -108,7 +108,7 @@ class EventReader:
 
 
 class EventFolder:
-    """Writes every event that is heard: trip-NNN.json and trip-NNN.png."""
+    """Writes every received event: trip-NNN.json and trip-NNN.png."""
 
     def __init__(self, wire: Wire, folder: str | Path) -> None:
         self.folder = Path(folder)
@@ -118,7 +118,8 @@ class EventFolder:
         self._reasons = {int(number): str(name) for number, name in choices.items()}
 
     def hear(self, frame: can.Message) -> Path | None:
-        """One frame of the bus. Returns the JSON file if it completed an event. Raises OSError if it cannot write."""
+        """Process one frame of the bus. Returns the JSON file if it completed an event. Raises OSError if it cannot
+        write."""
         event = self._reader.hear(frame)
         if event is None:
             return None

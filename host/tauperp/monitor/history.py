@@ -10,11 +10,11 @@ SILENCE = "Silence"
 
 
 class History:
-    """Follows the StopCommands of one guard. A stop begins with
+    """Follows the StopCommands of one guard. A stop starts with
 
-    - a new trip number, even if the trip before it still holds;
-    - a permission that ends without one, as in a guard that was restarted;
-    - silence: no StopCommand for SILENT_S after there had been one. Silences one after the other are one stop.
+    - a new trip number, even if the previous trip is still latched;
+    - a permission that ends without one, for example after a restart of the guard;
+    - silence: no StopCommand for SILENT_S after an earlier one. Consecutive silences are one stop.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class History:
         self._silent_since: float | None = None
 
     def note(self, verdict: Verdict, time_s: float, silent_s: float = SILENT_S) -> None:
-        """A good StopCommand, received at `time_s`."""
+        """Process a valid StopCommand, received at `time_s`."""
         self.look(time_s, silent_s)
         before, self._last, self._heard_s = self._last, verdict, time_s
         newest = self._stops[0] if self._stops else None
@@ -42,14 +42,14 @@ class History:
         self._begin(Stop(time_s, number, verdict.reason, verdict.joint, index, earlier=earlier))
 
     def look(self, time_s: float, silent_s: float = SILENT_S) -> None:
-        """Notes silence: no StopCommand for `silent_s` at `time_s`."""
+        """Record silence: no StopCommand for `silent_s` at `time_s`."""
         newest = self._stops[0] if self._stops else None
         silent = self._last is not None and time_s - self._heard_s > silent_s
         known = self._silent_since == self._heard_s
         if not silent or known:
             return
         self._silent_since = self._heard_s
-        if newest is not None and newest.reason == SILENCE:  # real trips stay in sight
+        if newest is not None and newest.reason == SILENCE:  # real trips stay visible
             self._stops[0] = dataclasses.replace(newest, time_s=self._heard_s, lasted_s=None, times=newest.times + 1)
         else:
             self._begin(Stop(self._heard_s, None, SILENCE))
@@ -59,7 +59,7 @@ class History:
         return tuple(self._stops)
 
     def _begin(self, stop: Stop) -> None:
-        """A stop may follow another without a permission in between: the older one ends when the newer begins."""
+        """A stop may follow another without a permission in between. The older one then ends when the newer starts."""
         if self._stops and self._stops[0].lasted_s is None:
             older = self._stops[0]
             self._stops[0] = dataclasses.replace(older, lasted_s=stop.time_s - older.time_s)

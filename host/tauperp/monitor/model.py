@@ -41,11 +41,11 @@ _ERRORS = {
 
 
 class Monitor:
-    """Hears every frame of a bus.
+    """Receives every frame of a bus.
 
-    now_s       of all calls: one clock that does not go back, e.g. time.monotonic()
-    epoch_s     what makes seconds since 1970 of it
-    rate_hz     nominal cycles a second; by default 500 for classic frames and 1000 for CAN FD
+    now_s       of all calls: one clock that does not go back, for example time.monotonic()
+    epoch_s     offset from that clock to seconds since 1970
+    rate_hz     nominal cycles per second; by default 500 for classic frames and 1000 for CAN FD
     bitrate, data_bitrate   bit/s, for the load
     """
 
@@ -79,7 +79,7 @@ class Monitor:
         self._words = {name: _value_tables(wire.message(name)) for name in _DECODED}
 
     def hear(self, frame: can.Message, now_s: float) -> None:
-        """One frame of the bus, whatever it is."""
+        """Process one frame of the bus, of any kind."""
         self._is_down = False
         self._rates.add(_BUSY, now_s, self._seconds(frame))
         if frame.is_error_frame:
@@ -98,12 +98,12 @@ class Monitor:
             self._take(received.message.name, received.signals, now_s)
 
     def note_bus_error(self) -> None:
-        """The bus failed without an error frame."""
+        """Record that the bus failed without an error frame."""
         self._error_frames += 1
         self._is_down = True
 
     def note_interface(self, is_down: bool) -> None:
-        """What the system says of the interface."""
+        """Record the state that the system reports for the interface."""
         self._is_down = is_down
 
     def snapshot(self, now_s: float) -> Snapshot:
@@ -161,7 +161,7 @@ class Monitor:
         if received.status in _ERRORS:
             counts[_ERRORS[received.status]] += 1
         else:
-            self._rates.add(name, now_s)  # a frame that fails its check is not one that the guard could use
+            self._rates.add(name, now_s)  # the guard cannot have used a frame that fails its check
 
     def _take(self, name: str, signals: dict[str, float], now_s: float) -> None:
         if name == "StopCommand":

@@ -1,4 +1,4 @@
-"""Sums over the last seconds, in slices of time: frames a second of each message, and the time that they took."""
+"""Sums over the last seconds, in slices of time: frames per second of each message, and their time on the bus."""
 
 from collections import defaultdict, deque
 
@@ -25,7 +25,7 @@ class Rates:
         self._open[name] += amount
 
     def advance(self, now_s: float) -> None:
-        """Close every finished slice; after a long silence at most as many as the window holds."""
+        """Close every finished slice; after a long silence at most as many as the window has."""
         over = int((now_s - self._slice_end_s) / SLICE_S) + 1 if now_s >= self._slice_end_s else 0
         for _ in range(min(over, _SLICES)):
             self._closed.append(dict(self._open))

@@ -20,14 +20,15 @@ from tauperp.monitor.joints import joint_lines
 from tauperp.monitor.snapshot import Snapshot, Stop, Traffic, spoken
 from tauperp.monitor.style import ALARM, HEADING, STALE, beside, big_word, dotted, fit, room_beside
 
-WAITING = ("SelfTest", "Waiting")  # states without permission in which nothing is wrong
+WAITING = ("SelfTest", "Waiting")  # states without permission that are no error
 CATEGORY = {"RemovePower": "0", "StopThenRemovePower": "1", "StopAndHold": "2"}  # IEC 60204-1
-HELD = 65535  # a 16-bit figure at its end: that much or more
+HELD = 65535  # saturated 16-bit counter: this much or more
 NEWEST_STOPS = 6  # shown where the height is not limited
 
 
 def compose(snapshot: Snapshot, source: str, width: int, height: int | None = None) -> list[Text]:
-    """Lines of `width` columns at most, `height` of them if it is given; what does not fit falls off at the bottom.
+    """At most `height` lines of at most `width` columns. Without `height` all lines. Lines that do not fit are cut at
+    the bottom.
 
     `source` names the bus.
     """
@@ -126,7 +127,7 @@ def _guard(snapshot: Snapshot) -> list[Text]:
 
 
 def _known(snapshot: Snapshot, signal: str, name: str, unit: str = "", layout: str = "{:.0f}") -> Text:
-    """A signal of GuardStatus with its name; grey when old, a dash when never received."""
+    """A signal of GuardStatus with its name; grey when old, a dash if never received."""
     reading = snapshot.status.get(signal)
     if reading is None:
         return Text(f"{name} -", STALE)
@@ -203,7 +204,7 @@ def _errors(snapshot: Snapshot) -> list[Text]:
         "LostFrames": snapshot.total("lost_frames"),
         "RangeErrors": snapshot.total("range_errors"),
         "FormatErrors": snapshot.format_errors,
-        "LateFrames": None,  # only the guard's own clock can say what came late
+        "LateFrames": None,  # only the guard's own clock can detect late frames
     }
     lines = [Text("errors    guard  here", HEADING)]
     for signal, own in here.items():

@@ -7,9 +7,9 @@ from typing import Any, Generic, TypeVar
 
 from tauperp.words import spoken as spoken
 
-SILENT_S = 0.2  # no StopCommand for so long is silence to a person; the robot itself waits one cycle
-STALE_S = 0.5  # the guard says everything at least every 64 ms (GuardIndex of 8 joints at 500 Hz)
-SLOWER = 10.0  # both times so much for a guard in lockstep: its simulation takes the time that it needs
+SILENT_S = 0.2  # no StopCommand for this time is silence for a person; the robot itself waits one cycle
+STALE_S = 0.5  # the guard sends every signal at least every 64 ms (GuardIndex of 8 joints at 500 Hz)
+SLOWER = 10.0  # factor of both times for a guard in lockstep, whose simulation may be slow
 
 Value = TypeVar("Value")
 
@@ -24,7 +24,7 @@ class Reading(Generic[Value]):
 
     @property
     def live(self) -> bool:
-        """Young enough to be shown as current."""
+        """Recent enough to count as current."""
         return self.age_s <= self.stale_s
 
 
@@ -82,7 +82,7 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """One message of the wire as this monitor heard it. The errors are its own, not the guard's."""
+    """One message of the wire as this monitor received it. The errors are the monitor's, not the guard's."""
 
     name: str
     joint: int  # 1 to 8 for JointState1..8, else 0
@@ -124,7 +124,7 @@ class Snapshot:
     error_frames: int  # that the bus itself reported, and times that the interface went down
     silent_s: float = SILENT_S  # of a StopCommand, until it is silence
     reset: Reading[Reset] | None = None  # the newest GuardReset
-    interface_down: bool = False  # now: nothing can be heard
+    interface_down: bool = False  # now: nothing can be received
 
     @property
     def heard(self) -> bool:
@@ -137,7 +137,7 @@ class Snapshot:
         return self.heard and self.verdict is not None and self.verdict.value.permitted
 
     def total(self, counter: str) -> int:
-        """One of Traffic's counters over all messages."""
+        """Sum of one of Traffic's counters over all messages."""
         return sum(getattr(one, counter) for one in self.traffic)
 
     def live(self, name: str) -> float | str | None:
