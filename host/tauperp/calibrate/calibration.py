@@ -1,4 +1,4 @@
-"""From motions without touches to thresholds, with what they can promise and what they do not cover."""
+"""From motions without touches to thresholds, with their evidence and what the data do not cover."""
 
 import dataclasses
 import math
@@ -27,13 +27,13 @@ FloatArray = npt.NDArray[np.float64]
 WARM_UP_S = 1.0  # of each motion, in which the observer finds the sensors' offsets
 BLOCK_S = 0.5  # longer than the memory of any filter here
 FEWEST_BLOCKS = 16  # in the part that is fitted
-SPEED_PAYS = 0.15  # share by which a term in speed has to lower a threshold to be mentioned
-MOST_OF_LIMIT = 0.99  # of what a configuration may have
+SPEED_PAYS = 0.15  # a term in speed is reported if it lowers a threshold by this share
+MOST_OF_LIMIT = 0.99  # of the allowed maximum
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class TaskCalibration:
-    """Thresholds of one task. `signal`: the index over all motions, and `held_out` where it was not fitted."""
+    """Thresholds of one task. `signal`: the index over all motions. `held_out`: marks where it was not fitted."""
 
     task: str
     index: str
@@ -42,11 +42,12 @@ class TaskCalibration:
     held_maxima: FloatArray  # (blocks, channels, n)
     expected_per_hour: float
     expected_interval: tuple[float, float]
-    held_alarms: int  # blocks of the held-out part with an excess
+    held_alarms: int  # blocks of the held-out part above a threshold
     held_hours: float
     held_interval: tuple[float, float]
-    others: dict[str, float]  # by recording: share of its blocks above thresholds from all the others
-    speed_share: FloatArray  # (n,) in the first channel, of the block maxima's variance that the block's speed explains
+    others: dict[str, float]  # per recording: share of its blocks above the thresholds from all other recordings
+    # (n,) in the first channel: share of the block maxima's variance explained by the block's speed
+    speed_share: FloatArray
     speed_gain: FloatArray  # (channels, n) by which thresholds that grow with speed would be lower on held-out data
     explained: Explained | None  # of all motions, where the task explains something
 
@@ -70,7 +71,7 @@ class TaskCalibration:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Calibration:
-    """Everything that the command writes."""
+    """All results of the command."""
 
     configuration: Configuration  # at the recordings' rate, with the correction and the thresholds
     motions: tuple[Motion, ...]
@@ -87,7 +88,7 @@ class Calibration:
 
     @property
     def promised_per_hour(self) -> float:
-        """The wanted rate, or 3 / T of the held-out part if that is more: the data support no less."""
+        """The wanted rate, or 3 / T of the held-out part if that is higher: the data support no lower rate."""
         held = min((task.held_hours for task in self.tasks), default=0.0)
         return max(self.wanted_per_hour, tail.supported_rate(held))
 
@@ -173,7 +174,8 @@ def _without_touches(motions: Sequence[Motion], notes: list[str]) -> list[Motion
 
 
 def at_rate_of(motions: Sequence[Motion], configuration: Configuration) -> Configuration:
-    """The configuration at the motions' rate: thresholds belong to it. CAN FD where a classic bus would be too full."""
+    """The configuration at the motions' rate, for which the thresholds hold. Uses CAN FD if a classic bus would be too
+    full."""
     first = motions[0]
     for motion in motions:
         if abs(motion.period_us - first.period_us) > 0.02 * first.period_us:
@@ -325,7 +327,7 @@ def _calibrate_task(
 
 
 def _speed_note(one: TaskCalibration) -> str | None:
-    """Where a velocity-dependent threshold would pay: the firmware's thresholds are constant."""
+    """Reports where a velocity-dependent threshold would help. The firmware's thresholds are constant."""
     worth = np.argwhere(one.speed_gain > SPEED_PAYS)
     if not len(worth):
         return None

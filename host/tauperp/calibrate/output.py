@@ -1,4 +1,4 @@
-"""What a calibration leaves: a TOML file for `tauperp config`, JSON, and a page that an engineer can file."""
+"""Results of a calibration: a TOML file for `tauperp config`, JSON, and a page for the records."""
 
 import datetime
 import json
@@ -27,7 +27,7 @@ def _word(value: Any) -> str:
 
 
 def toml(calibration: Calibration, robot: str, preset: str, chain: Mapping[str, Any]) -> str:
-    """The installation's file; `robot`, `chain` and `preset` as the command was given them."""
+    """The TOML file of the installation; `robot`, `chain` and `preset` as the command got them."""
     names = ", ".join(motion.name for motion in calibration.motions)
     lines = [
         f"# Thresholds by `tauperp calibrate` from {names}: {3600 * calibration.hours:.0f} s of motion.",

@@ -1,4 +1,4 @@
-"""What a calibration is made from: tables of recordings, bus logs, and a live bus, all as one `Motion`."""
+"""Input of a calibration: tables of recordings, bus logs, and a live bus, all as one `Motion`."""
 
 import dataclasses
 import time
@@ -31,7 +31,7 @@ class Motion:
     q: FloatArray  # (m, n) rad
     qd: FloatArray  # (m, n) rad/s
     tau: FloatArray  # (m, n) Nm
-    is_mean_torque: bool  # the mean since the row before (the bus's joints), not a sample
+    is_mean_torque: bool  # the mean since the last row (the bus's joints), not a sample
     touched: npt.NDArray[np.bool_] | None = None  # (m,) rows in which somebody touches the arm; None: none
 
     @property
@@ -120,7 +120,7 @@ def read_motion(
 
 
 def motion_of_frames(frames: Iterable[can.Message], joints: int, name: str) -> Motion:
-    """The complete cycles among the frames of a bus; frames that fail their E2E check are no readings."""
+    """The complete cycles among the frames of a bus. Frames that fail their E2E check are ignored."""
     wire = Wire.read()
     receiver = Receiver(wire)
     ids = {wire.message(f"JointState{joint + 1}").id: joint for joint in range(joints)}
@@ -150,7 +150,7 @@ def motion_of_frames(frames: Iterable[can.Message], joints: int, name: str) -> M
 
 
 def record_motion(bus: can.BusABC, seconds: float, joints: int, report: Callable[[float], None]) -> Motion:
-    """Listen to a live bus for so long. It sends nothing."""
+    """Record a live bus for this time. It sends nothing."""
     frames: list[can.Message] = []
     begin = time.monotonic()
     while (passed := time.monotonic() - begin) < seconds:
