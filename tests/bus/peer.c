@@ -1,12 +1,12 @@
-/* peer: the robot's side of the bus for tests and measurements, fast enough that it is not what is measured.
+/* peer: the robot's side of the bus for tests and measurements, fast enough not to influence them.
  *
- *   peer replay CAN FILE            plays a candump log in lockstep: the guard's frames in it (0x010, 0x200, 0x201) are
- *                                   the answers that are waited for; exit 1 at the first that differs or does not come
- *   peer hold CAN CYCLES PERIOD HEX...   a robot that stands still: CYCLES cycles, PERIOD us apart (0: lockstep), with
- *                                   HEX the 8 bytes of each joint's JointState; CRC and counter are put in here
- *   peer flood CAN FRAMES GAP HEX   FRAMES frames of JointState1, 8 at a time, GAP us apart
+ *   peer replay CAN FILE            plays a candump log in lockstep. It waits for the guard's frames in the log (0x010,
+ *                                   0x200, 0x201) as answers; exit 1 at the first that differs or does not come
+ *   peer hold CAN CYCLES PERIOD HEX...   a robot that stands still: CYCLES cycles, PERIOD us apart (0: lockstep). HEX:
+ * the 8 bytes of each joint's JointState, to which CRC and counter are added peer flood CAN FRAMES GAP HEX   FRAMES
+ * frames of JointState1, 8 at a time, GAP us apart
  *
- * CAN FD with bit-rate switch where the interface has it. Prints one JSON object.
+ * Uses CAN FD with bit-rate switch if the interface has it. Prints one JSON object.
  */
 #define _GNU_SOURCE /* -std=c11 hides what is not ISO C */
 #include <errno.h>
@@ -92,7 +92,7 @@ static void send_frames(const peer_t *self, struct canfd_frame *frames, size_t c
     }
 }
 
-/* False if nothing came in for `timeout_ms`. */
+/* False if nothing arrives within `timeout_ms`. */
 static bool receive(const peer_t *self, struct canfd_frame *frame, int timeout_ms) {
     struct pollfd in = {.fd = self->socket, .events = POLLIN};
     for (;;) {
@@ -204,8 +204,8 @@ static void seal(struct canfd_frame *frame, uint32_t slot, uint16_t cycle) {
 
 static size_t make_cycle(struct canfd_frame *frames, const struct canfd_frame *joints, size_t joint_count,
                          uint16_t cycle) {
-    /* By hand: the generated code packs what the guard sends only. Cycle is bytes 2 and 3, Task the high nibble of 1.
-     */
+    /* By hand, because the generated code packs the guard's messages only. Cycle is bytes 2 and 3, Task the high nibble
+     * of 1. */
     frames[0] = (struct canfd_frame){.data = {0, 0, (uint8_t)(cycle & 0xFFu), (uint8_t)(cycle >> 8u)}};
     frames[1] = (struct canfd_frame){.data = {0, TASK_NONE << 4u}};
     seal(&frames[0], PROTOCOL_RECEIVE_SYNC, cycle);
@@ -226,7 +226,7 @@ typedef struct {
     uint64_t refused; /* answers that fail the E2E check */
 } hold_t;
 
-/* True if the frame is a good StopCommand that answers the cycle. */
+/* True if the frame is a valid StopCommand that answers the cycle. */
 static bool take_answer(hold_t *self, const struct canfd_frame *frame, uint16_t cycle) {
     const protocol_transmit_t *const stop = &protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND];
     if (frame->can_id != stop->id) {
@@ -241,7 +241,7 @@ static bool take_answer(hold_t *self, const struct canfd_frame *frame, uint16_t 
         return false;
     }
     self->answered++;
-    /* The first answer begins the count and permits nothing. */
+    /* The first answer starts the count and permits nothing. */
     self->permitted += (e2e_accepts(status) && (frame->data[2] == PERMITTED)) ? 1u : 0u;
     return true;
 }
@@ -256,7 +256,7 @@ static int hold(const peer_t *self, uint64_t cycles, uint32_t period_us, char **
     }
     const uint64_t start_us = clock_monotonic_us();
     const uint32_t patience = (period_us > 0u) ? 1000u : 3u;
-    uint32_t unanswered = 0; /* in a row */
+    uint32_t unanswered = 0; /* consecutive */
     for (uint64_t cycle = 0; (cycle < cycles) && (unanswered < patience); cycle++) {
         const size_t count = make_cycle(frames, joints, joint_count, (uint16_t)cycle);
         const uint64_t due_us = start_us + (cycle * period_us);

@@ -1,20 +1,20 @@
-/* soak: hours of simulated bus in minutes, with faults at random, and an account of every frame.
+/* soak: hours of simulated bus in minutes, with random faults, and an account of every frame.
  *
  *   soak BLOCK CYCLES SEED HEX...     HEX: the 8 bytes of each joint's JointState, of a robot that stands still
  *
- * One cycle a period: the robot's frames go in, some of them lost, corrupted, repeated, delayed, reordered,
- * misaddressed, of a wrong length or format, with a sensor fault or a value out of range, or with frames inserted that
- * nobody sent; the bus is silent at times, people push the arm at times. Then one tick. After a trip the robot asks for
- * a reset. What the guard must make of it (soak_judge.c) follows from what was done to each frame, not from what it
- * says:
+ * One cycle per period: the robot's frames arrive. Some are lost, corrupted, repeated, delayed, reordered or
+ * misaddressed, have a wrong length or format, a sensor fault or a value out of range; some are inserted without a
+ * sender. At times the bus is silent, and at times people push the arm. Then comes one tick. After a trip the robot
+ * requests a reset. The expected reaction (soak_judge.c) follows from the fault of each frame, not from the guard's
+ * reports:
  *   - a frame is refused and moves exactly one counter, or it is what the robot sent and moves none;
  *   - motion is permitted only while intact readings of one whole cycle, Sync and task are within their deadlines;
  *   - it is never permitted on a tick that took in a sensor fault, a value out of range or a StopCommand;
  *   - after a stop it is not permitted again without a reset that named the trip;
  *   - a push of 5 Nm ends it while it lasts.
- * Corruption is of 1 to 3 bits. The CRC finds all of it outside the counter; a flipped counter bit picks another data
- * id as well, and then about one in 1,400 is right by chance. What is right by chance, corrupted or inserted, is no
- * fault that any check could see, and is drawn again. Exit 1 at the first breach. Prints one JSON object.
+ * Corruption changes 1 to 3 bits. The CRC finds all of it outside the counter. A flipped counter bit also selects
+ * another data id; about one in 1,400 of these is valid by chance. No check could detect a frame that is valid by
+ * chance, so it is drawn again. Exit 1 at the first violation. Prints one JSON object.
  */
 #include "soak.h"
 
@@ -30,7 +30,7 @@ static void step(soak_t *self) {
     deliver(self, now_us);
     guard_tick(&self->guard, now_us, &self->out);
     judge(self);
-    /* They stop at 65535; the account goes on. */
+    /* They saturate at 65535; the account continues. */
     if ((self->guard.counters.crc_errors > COUNTER_WRAP) || (self->guard.counters.sequence_errors > COUNTER_WRAP) ||
         (self->guard.counters.format_errors > COUNTER_WRAP) || (self->guard.counters.late_frames > COUNTER_WRAP) ||
         (self->guard.counters.range_errors > COUNTER_WRAP)) {

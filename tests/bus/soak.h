@@ -1,5 +1,5 @@
-/* soak: what its three files share: soak.c (the hour), soak_robot.c (the robot and what happens to its frames) and
- * soak_judge.c (what the guard must make of it). */
+/* soak: common declarations of soak.c (the main loop), soak_robot.c (the robot and the faults of its frames) and
+ * soak_judge.c (the expected reaction of the guard). */
 #ifndef TAUPERP_SOAK_H
 #define TAUPERP_SOAK_H
 
@@ -25,18 +25,19 @@ typedef enum {
     FAULT_COUNT
 } fault_t;
 
-/* A frame on its way, and what was done to it. */
+/* A frame on its way, and its fault. */
 typedef struct {
     can_frame_t frame;
     fault_t fault;
     uint64_t cycle; /* that it was made for */
     uint8_t kind;   /* protocol_kind_t it was sent as */
     uint8_t joint;
-    bool genuine; /* as the robot sent it, and true of the robot */
+    bool genuine; /* sent by the robot unchanged, with true values */
 } sent_t;
 
 typedef struct {
-    uint64_t frames, accepted, initial, crc, sequence, range, format, late; /* every frame is in one of these */
+    uint64_t frames, accepted, initial, crc, sequence, range, format,
+        late; /* every frame counts in exactly one of these */
     uint64_t injected[FAULT_COUNT];
     uint64_t ticks, permitted, trips, resets, pushes, silences;
 } tally_t;
@@ -58,26 +59,26 @@ typedef struct {
     uint64_t good_sync, good_joints, good_task; /* the newest cycle of each, plus one; 0: none */
     uint32_t joints_in;                         /* bit per joint of the cycle under way */
     bool sync_in;
-    bool bad_value; /* a sensor fault or a value out of range got past the E2E check in this cycle, or a StopCommand */
+    bool bad_value; /* a sensor fault, a value out of range, or a StopCommand passed the E2E check in this cycle */
 
     bool was_permitted;
-    bool stopped;    /* since permission ended, or a trip came before the first one */
+    bool stopped;    /* since the permission ended, or a trip came before the first one */
     bool reset_sent; /* since then, one that names the trip */
     uint8_t reset_counter;
     uint32_t reset_cycles;
     uint64_t push_until, push_from, silent_until;
     uint32_t pushed_joint;
-    bool seen[PROTOCOL_RECEIVE_COUNT]; /* a good CRC got through: the first one only begins the count */
+    bool seen[PROTOCOL_RECEIVE_COUNT]; /* a frame with a valid CRC arrived: the first one only starts the count */
     tally_t tally;
 } soak_t;
 
-/* Fills the queue with what gets to the guard in this cycle. */
+/* Fills the queue with the frames that reach the guard in this cycle. */
 void robot_sends(soak_t *self);
 
-/* Hands the queue to the guard, and holds each frame against what was done to it. Exits with 1 at a breach. */
+/* Passes the queue to the guard, and checks each frame against its fault. Exits with 1 on a violation. */
 void deliver(soak_t *self, uint64_t now_us);
 
-/* Holds the tick's verdict against what the guard was given. Exits with 1 at a breach. */
+/* Checks the tick's verdict against the guard's inputs. Exits with 1 on a violation. */
 void judge(soak_t *self);
 
 extern const char *const fault_names[FAULT_COUNT];

@@ -1,4 +1,4 @@
-/* What the guard must make of the frames that it was given, decided from what was done to each. */
+/* The expected reaction of the guard to its frames, decided from the fault of each. */
 #include "soak.h"
 
 #include <stdio.h>
@@ -17,7 +17,7 @@ static _Noreturn void breach(const soak_t *self, const char *what, const sent_t 
     exit(1);
 }
 
-/* Which of the counters moved, and that no more than one did. */
+/* Finds the counter that moved, and checks that at most one did. */
 static void account(soak_t *self, const sent_t *sent, const guard_counters_t *before) {
     const guard_counters_t *const after = &self->guard.counters;
     tally_t *const tally = &self->tally;
@@ -55,7 +55,7 @@ static void account(soak_t *self, const sent_t *sent, const guard_counters_t *be
     self->bad_value = self->bad_value || (range > 0u) || stop_command;
 }
 
-/* What the robot knows: intact frames in the order that they got there. */
+/* The robot's knowledge: intact frames in the order of their arrival. */
 static void note_intact(soak_t *self, const sent_t *sent) {
     if (!sent->genuine) {
         return;
@@ -122,7 +122,7 @@ void judge(soak_t *self) {
         self->stopped = false;
         self->reset_sent = false;
     }
-    /* While it waits for its first permission it may be stopped as well: by another guard's StopCommand. */
+    /* While it waits for its first permission it may also be stopped, by another guard's StopCommand. */
     const bool latched = self->out.state == GUARD_STATE_STOPPED;
     if (!permitted && (self->was_permitted || (latched && !self->stopped))) {
         self->stopped = true;

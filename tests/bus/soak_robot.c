@@ -1,4 +1,4 @@
-/* The robot that the soak guards: its frames, and what happens to them on the way, at random. */
+/* The robot that the soak guards: its frames, and their random faults. */
 #include "soak.h"
 
 #include <string.h>
@@ -113,7 +113,7 @@ static void corrupt(soak_t *self, sent_t *sent) {
     sent->genuine = false;
 }
 
-/* On its way to the guard. */
+/* Faults on the way to the guard. */
 static void send(soak_t *self, sent_t sent, fault_t fault) {
     sent.fault = fault;
     self->tally.injected[fault]++;
@@ -165,7 +165,7 @@ static void send(soak_t *self, sent_t sent, fault_t fault) {
     put(self, sent);
 }
 
-/* Mostly none; those that end motion at once are rarer. */
+/* Mostly none. Faults that end motion at once are rarer. */
 static fault_t pick(soak_t *self, bool is_joint) {
     if (!chance(self, 200u)) {
         return FAULT_NONE;

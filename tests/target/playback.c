@@ -1,10 +1,10 @@
-/* playback: hears a recording through the guard on an emulated processor, and compares every result with the
- * library's, to the bit. The file's name is the last word of the command line; tests/target/recording.py writes it.
+/* playback: runs a recording through the guard on an emulated processor, and compares every result with the library's,
+ * to the bit. The file's name is the last word of the command line; tests/target/recording.py writes it.
  *
- * A recording is records of 16 little-endian bytes. Each tick carries the CRC-32 over everything that the guard put
- * out from the file's beginning on: state, verdict, residual and index as they are in memory, and the frames. Prints
- *     same TICKS CRC WORST         and ends with 0; WORST: instructions of the most expensive cycle, frames included
- *     different TICK WORD...       the first tick, from 0, and what it put out; ends with 1
+ * A recording consists of records of 16 little-endian bytes. Each tick carries the CRC-32 over all outputs of the guard
+ * since the start of the file: state, verdict, residual and index as they are in memory, and the frames. Prints
+ *     same TICKS CRC WORST         and ends with 0; WORST: instructions of the most expensive cycle, including its
+ * frames different TICK WORD...       the first tick, from 0, and its output; ends with 1
  */
 #include <assert.h>
 #include <stdio.h>
@@ -16,10 +16,10 @@
 #include "semihosting.h"
 
 typedef enum {
-    RECORD_START = 1,     /* `word` bytes of configuration block follow, filled up to whole records; guard_init */
-    RECORD_AT = 2,        /* the time of what follows: `now_us` */
+    RECORD_START = 1,     /* `word` bytes of configuration block follow, padded to whole records; guard_init */
+    RECORD_AT = 2,        /* time of the following records: `now_us` */
     RECORD_FRAME = 3,     /* guard_receive: flags, length, word is the id, data */
-    RECORD_TICK = 4,      /* guard_tick; word is the CRC expected after it */
+    RECORD_TICK = 4,      /* guard_tick; word is the expected CRC after it */
     RECORD_TICK_TIME = 5, /* guard_note_tick_time(word) */
     RECORD_TRIP = 6,      /* guard_trip(word) */
     RECORD_END = 7        /* after `word` ticks */
@@ -51,7 +51,7 @@ static guard_t guard;
 static guard_output_t out;
 static uint32_t words[WORDS];
 
-/* The next record, or 0 at the file's end. */
+/* The next record, or 0 at the end of the file. */
 static const record_t *next(void) {
     if (at == buffered) {
         buffered = semihosting_read(file, buffer, sizeof(buffer)) / (uint32_t)sizeof(record_t);

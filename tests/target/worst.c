@@ -1,6 +1,7 @@
-/* worst: the most instructions that the stages of a tick take on any bits at all, such as no frame can carry: motion,
- * observer, index, limits, bank, detector. Prints
- *     worst STAGES PROJECTION       PROJECTION: subspace_step and subspace_reject alone */
+/* worst: the most instructions of a tick's stages with arbitrary bits, which no frame can carry: motion, observer,
+ * index, limits, bank, detector. Prints
+ *     worst STAGES PROJECTION       PROJECTION: subspace_step and subspace_reject alone
+ */
 #define UNITY_H                 /* the fixtures' assertions are not used here */
 #define TEST_FAIL_MESSAGE(text) printf("%s\n", (text))
 #include "any_bits.h"
@@ -45,7 +46,7 @@ static uint32_t projection(uint32_t worst) {
     return larger(worst, begin);
 }
 
-/* One number in so many is any bits, the others are of the arm. */
+/* One number in this many is arbitrary; the others are those of the arm. */
 static num_t mostly(double limit, uint32_t share) {
     return ((random_bits() % share) == 0u) ? any() : num_of(limit * random_one());
 }

@@ -1,4 +1,4 @@
-/* any_bits: numbers such as no frame can carry. In float all exponents, subnormals, infinities and NaN; in Q9.22 every
+/* any_bits: numbers that no frame can carry. Float: all exponents, subnormals, infinities and NaN. Q9.22: every
  * int32_t. */
 #ifndef ANY_BITS_H
 #define ANY_BITS_H
@@ -9,7 +9,7 @@ static inline uint32_t random_bits(void) {
     return (uint32_t)((random_one() + 1.0) * 2147483648.0);
 }
 
-/* One in three anything; else from where arithmetic has its edges, or an ordinary number. */
+/* One in three is arbitrary. The others are from the edges of the arithmetic, or ordinary numbers. */
 static inline num_t any(void) {
     const uint32_t choice = random_bits() >> 16;
     num_t number;
@@ -26,7 +26,7 @@ static inline num_t any(void) {
     } else if ((choice % 3u) == 2u) {
         return num_of(4.0 * random_one());
     } else {
-        /* as they are */
+        /* unchanged */
     }
     memcpy(&number, &bits, sizeof(number));
     return number;
@@ -43,7 +43,7 @@ static inline void any_of(num_t to[], uint32_t count) {
     }
 }
 
-/* A matrix of n rows and k columns, in every mixture of ordinary numbers and any bits; zero behind them. */
+/* A matrix of n rows and k columns, with every mixture of ordinary numbers and arbitrary bits; zero after them. */
 static inline void any_columns(num_t column[][ROBOT_MAX_JOINTS], uint32_t columns, uint32_t n, uint32_t k) {
     const uint32_t kinds = random_bits() % 8u;
     memset(column, 0, columns * sizeof(column[0]));

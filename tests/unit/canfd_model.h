@@ -1,7 +1,6 @@
-/* canfd_model: the Versal's CAN FD controller as its registers show it (PG223), with a bus to play on.
- *
- * What the manual forbids fails the test that does it: timing written while the controller is on the bus, a filter
- * written while it is in use, a buffer read that holds no frame or filled while its request is pending. */
+/* canfd_model: the Versal's CAN FD controller as its registers show it (PG223), and a bus. An access that the manual
+ * forbids fails the test: timing written while the controller is on the bus, a filter written while it is in use, a
+ * buffer read without a frame or filled while its request is pending. */
 #ifndef CANFD_MODEL_H
 #define CANFD_MODEL_H
 
@@ -17,8 +16,8 @@ enum { FIFO_DEPTH = 64, TX_BUFFERS = 32, FILTERS = 32, WORDS = 18, SENT_MAX = 64
 
 static struct {
     bool on_bus, bus_off;
-    bool stalled;         /* nobody acknowledges: nothing gets sent */
-    uint32_t on_the_wire; /* buffer that cannot be cancelled any more, as a bit */
+    bool stalled;         /* no acknowledgement: nothing is sent */
+    uint32_t on_the_wire; /* buffer that can no longer be cancelled, as a bit */
     uint32_t brpr, btr, dpbrpr, dpbtr, isr, pending, filters;
     uint32_t mask[FILTERS], id[FILTERS];
     uint32_t fifo[FIFO_DEPTH][WORDS], get, fill;
@@ -61,7 +60,7 @@ static can_frame_t buffered(uint32_t number) {
     return frame;
 }
 
-/* The bus is free for one frame after the other: the lowest id first. */
+/* The bus is free for one frame after the other, the lowest id first. */
 static void bus_transmit(void) {
     while ((model.pending != 0u) && model.on_bus && !model.bus_off && !model.stalled) {
         uint32_t best = TX_BUFFERS;
@@ -109,7 +108,7 @@ void canfd_write(uint32_t offset, uint32_t value) {
         break;
     case CAN_MSR:
         if ((value & (uint32_t)CAN_MSR_SBR) != 0u) {
-            model.bus_off = false; /* after 128 times 11 recessive bits, which here take no time */
+            model.bus_off = false; /* after 128 times 11 recessive bits, which take no time here */
         }
         break;
     case CAN_BRPR:
@@ -149,7 +148,7 @@ void canfd_write(uint32_t offset, uint32_t value) {
     }
 }
 
-/* A frame of somebody else's: a filter lets it into the FIFO, or it goes nowhere. `length_code` is its DLC. */
+/* A frame of another node: a filter puts it into the FIFO, or it is dropped. `length_code` is its DLC. */
 static void bus_receive(const can_frame_t *frame, uint32_t length_code) {
     const bool extended = (frame->flags & CAN_FRAME_EXTENDED) != 0u;
     uint32_t word = extended ? ((frame->id >> 18) << 21) | ((frame->id & 0x3FFFFu) << 1) : (frame->id << 21);

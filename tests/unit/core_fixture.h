@@ -1,5 +1,5 @@
-/* core_fixture: what the tests of the core share: num_t from and to double, random numbers, and arms simple enough for
- * a closed form. */
+/* core_fixture: common parts of the core's tests: conversion between num_t and double, random numbers, and arms that
+ * are simple enough for a closed form. */
 #ifndef CORE_FIXTURE_H
 #define CORE_FIXTURE_H
 
@@ -28,8 +28,8 @@ static inline double value_of(num_t x) {
 }
 #endif
 
-/* How many random numbers a test draws. An emulated processor in software floating point takes a thousand times as long
- * as the host: its images are built with SPARSER, and what they add is the processor, not the density. */
+/* How many random numbers a test draws. An emulated processor with software floating point is a thousand times slower
+ * than the host. Its images use SPARSER: they test the processor, not the density. */
 #ifndef SPARSER
 #define SPARSER 1
 #endif
@@ -63,8 +63,8 @@ static inline double random_in(double low, double high) {
     return low + (high - low) * 0.5 * (random_one() + 1.0);
 }
 
-/* A pendulum, and two links one after the other, swinging in the vertical x-z plane: axes along -y, at q = 0 stretched
- * along x. Link i: mass kg at com m along the link, inertia kg m^2 about its centre of mass, length m. */
+/* A pendulum, and two links in series, in the vertical x-z plane: axes along -y, stretched along x at q = 0. Link i:
+ * mass kg at com m along the link, inertia kg m^2 about its centre of mass, length m. */
 typedef struct {
     double mass[2], com[2], inertia[2], length[2];
 } links_t;

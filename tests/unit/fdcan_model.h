@@ -1,7 +1,6 @@
-/* fdcan_model: the STM32G4's FDCAN1 as its registers show it (RM0440 rev 8, chapter 44), with a bus to play on.
- *
- * What the manual forbids fails the test that does it: a protected register written outside of configuration, a read
- * or acknowledgement of an element that holds no frame, a buffer filled while its request is pending. */
+/* fdcan_model: the STM32G4's FDCAN1 as its registers show it (RM0440 rev 8, chapter 44), and a bus. An access that the
+ * manual forbids fails the test: a protected register written outside configuration, a read or acknowledgement of an
+ * element without a frame, a buffer filled while its request is pending. */
 #ifndef FDCAN_MODEL_H
 #define FDCAN_MODEL_H
 
@@ -22,9 +21,9 @@ typedef struct {
 static struct {
     uint32_t control, dbtp, nbtp, tdcr, rxgfc, txbc, flags, pending;
     bool bus_off;
-    bool absent;          /* the controller has no clock: every register reads zero */
-    bool stalled;         /* nobody acknowledges: nothing gets sent */
-    uint32_t on_the_wire; /* buffer that cannot be cancelled any more, as a bit */
+    bool absent;          /* without a clock every register reads zero */
+    bool stalled;         /* no acknowledgement: nothing is sent */
+    uint32_t on_the_wire; /* buffer that can no longer be cancelled, as a bit */
     model_fifo_t fifo[2];
     uint8_t ram[RAM_BYTES];
     can_frame_t sent[SENT_MAX];
@@ -108,7 +107,7 @@ static can_frame_t buffered(uint32_t buffer) {
 }
 
 static bool goes_before(uint32_t buffer, uint32_t other) {
-    const bool queue = (model.txbc & TXBC_TFQM) != 0u; /* else they go out in the order of their numbers */
+    const bool queue = (model.txbc & TXBC_TFQM) != 0u; /* otherwise they are sent in the order of their numbers */
     return queue ? (buffered(buffer).id < buffered(other).id) : (buffer < other);
 }
 
@@ -132,7 +131,7 @@ static void write_control(uint32_t value) {
     const uint32_t both = CCCR_INIT | CCCR_CCE;
     const bool configuring = (model.control & both) == both;
     if (!configuring) {
-        /* The write that clears INIT keeps both; what they would become otherwise is not for this moment. */
+        /* The write that clears INIT keeps both. Their later state does not matter here. */
         TEST_ASSERT_EQUAL_MESSAGE(0, (value ^ model.control) & (CCCR_FDOE | CCCR_BRSE) & value,
                                   "FDOE or BRSE set outside of configuration");
         TEST_ASSERT_TRUE_MESSAGE(((value & CCCR_CCE) == 0u) || ((model.control & CCCR_INIT) != 0u), "CCE without INIT");
@@ -140,7 +139,7 @@ static void write_control(uint32_t value) {
     model.control = value;
     if ((value & CCCR_INIT) == 0u) {
         model.control &= ~(uint32_t)CCCR_CCE;
-        model.bus_off = false; /* after 128 times 11 recessive bits, which here take no time */
+        model.bus_off = false; /* after 128 times 11 recessive bits, which take no time here */
     }
 }
 
@@ -200,7 +199,7 @@ void fdcan_write(uint32_t offset, uint32_t value) {
     }
 }
 
-/* A frame of somebody else's: the filters send it into a FIFO, or nowhere. `length_code` is its DLC. */
+/* A frame of another node: the filters put it into a FIFO, or it is dropped. `length_code` is its DLC. */
 static void bus_receive(const can_frame_t *frame, uint32_t length_code) {
     if ((model.control & CCCR_INIT) != 0u) {
         return;
@@ -237,13 +236,13 @@ static void bus_receive(const can_frame_t *frame, uint32_t length_code) {
     word |= ((frame->flags & CAN_FRAME_BRS) != 0u) ? (1u << 20) : 0u;
     memcpy(&model.ram[element + 4u], &word, 4u);
     memcpy(&model.ram[element + 8u], frame->data,
-           (frame->length < 8u) ? frame->length : 8u); /* the rest stays as it was */
+           (frame->length < 8u) ? frame->length : 8u); /* the rest does not change */
     ++fifo->fill;
 }
 
 static void bus_goes_off(void) {
     model.bus_off = true;
-    model.control |= CCCR_INIT; /* by the controller itself */
+    model.control |= CCCR_INIT; /* set by the controller itself */
     model.flags |= IR_BO;
 }
 

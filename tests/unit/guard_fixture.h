@@ -1,4 +1,4 @@
-/* guard_fixture: an installation with the ku_dex arm at rest and a controller that talks to the guard, for tests. */
+/* guard_fixture: an installation with the ku_dex arm at rest, and a controller that communicates with the guard. */
 #ifndef GUARD_FIXTURE_H
 #define GUARD_FIXTURE_H
 
@@ -12,8 +12,8 @@
 #include "scale.h"
 #include "unity.h"
 
-/* Images for emulated processors are built with SPARSER (core_fixture.h): there a repetition proves the processor, and
- * on the host the whole range. */
+/* Images for emulated processors are built with SPARSER (core_fixture.h). There a repetition tests the processor; on
+ * the host it covers the whole range. */
 #if defined(SPARSER) && (SPARSER > 1)
 #define ON_HOST_ELSE(host, emulated) (emulated)
 #else
@@ -174,7 +174,7 @@ static inline can_frame_t reset_frame(bench_t *bench, uint8_t trip, bool request
     return sealed(PROTOCOL_RECEIVE_GUARD_RESET, data, request ? 1u : 0u, (uint8_t)(bench->reset_counter & 0x0Fu));
 }
 
-/* In the format of the configuration, unless the frame says otherwise. */
+/* In the format of the configuration, unless the frame states another. */
 static inline void receive(bench_t *bench, can_frame_t frame) {
     if ((frame.flags == 0u) && (bench->config.format == FORMAT_FD)) {
         frame.flags = CAN_FRAME_FD | CAN_FRAME_BRS;
@@ -191,7 +191,7 @@ static inline void next_cycle(bench_t *bench) {
     bench->now_us += PERIOD_US;
 }
 
-/* One cycle, of which the joints in `silent` (bit per joint) send nothing; then the tick. */
+/* One cycle in which the joints in `silent` (bit per joint) send nothing; then the tick. */
 static inline void cycle_without(bench_t *bench, uint32_t silent) {
     next_cycle(bench);
     receive(bench, sync_frame(bench));
@@ -221,7 +221,7 @@ static inline void silent_cycles(bench_t *bench, uint32_t number) {
     }
 }
 
-/* Asks for the end of `trip` as a controller does: Request 0 twice (its first frame ever only sets the E2E reference),
+/* Requests the end of `trip` as a controller does: Request 0 twice (the first frame only sets the E2E reference),
  * then 1. Takes three cycles. */
 static inline void ask_reset(bench_t *bench, uint8_t trip) {
     for (uint32_t i = 0; i < 3u; ++i) {
@@ -230,7 +230,7 @@ static inline void ask_reset(bench_t *bench, uint8_t trip) {
     }
 }
 
-/* Runs until the guard says `reason`. */
+/* Runs until the guard reports `reason`. */
 static inline void run_until(bench_t *bench, guard_reason_t reason) {
     for (uint32_t i = 0; (i < START_LIMIT) && (bench->out.reason != reason); ++i) {
         cycle(bench);

@@ -1,6 +1,5 @@
-/* The core's functions given any bits at all, such as no frame can carry: every one of them comes to its end within its
- * bounds, and says where there is no result. In float all exponents, subnormals, infinities and NaN; in Q9.22 every
- * int32_t. */
+/* The core's functions with arbitrary bits, which no frame can carry. Every function must terminate within its bounds
+ * and report if it has no result. Float: all exponents, subnormals, infinities and NaN. Q9.22: every int32_t. */
 #include "any_bits.h"
 #include "bank.h"
 #include "config.h"
@@ -61,7 +60,7 @@ static void test_a_projection_ends_and_says_whether_it_is_one(void) {
             TEST_ASSERT_FALSE(subspace.converged);
             TEST_ASSERT_EQUAL_MEMORY(tau, rejected, sizeof(tau)); /* nothing is explained */
         }
-        if (small) { /* the precondition: then there is a result */
+        if (small) { /* only under this precondition is there a result */
             TEST_ASSERT_TRUE(subspace.converged);
             TEST_ASSERT_TRUE(num_finite(subspace.smallest));
             TEST_ASSERT_TRUE(all_finite(rejected, n) || !all_below(tau, n, NUM(500)));
@@ -78,7 +77,7 @@ static void test_a_projection_ends_and_says_whether_it_is_one(void) {
     TEST_ASSERT_TRUE(IF_FIXED(true, refused > 0u));
 }
 
-/* Motion, observer, index and detector on the same garbage, one tick after the other, as the guard runs them. */
+/* Motion, observer, index and detector with the same arbitrary bits, in consecutive ticks, as the guard runs them. */
 static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
     static motion_t motion;
     static observer_t observer;
@@ -146,7 +145,7 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
         assert_within_bounds(&index.subspace);
         detector_step(&detector, &task.detector, n, &bank);
         TEST_ASSERT_TRUE(detector.joint < n);
-        for (uint32_t j = 0; j < n; ++j) { /* what is no number is above every threshold */
+        for (uint32_t j = 0; j < n; ++j) { /* a value that is not a number is above every threshold */
             TEST_ASSERT_TRUE(num_finite(bank.channel[0].output[j]) || ((detector.above[j] > 0u) && detector.tripped));
         }
         const bool lost =

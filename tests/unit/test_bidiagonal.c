@@ -22,7 +22,8 @@ static void diagonalise(double tolerance, bool all) {
     bidiagonal_diagonalise(&b, num_of(tolerance), all, &path, &saturations);
 }
 
-/* Entries up to 20, as headroom leaves them in fixed point; some decades below in every third. */
+/* Entries up to 20, the range after headroom in fixed point. Every third matrix also has entries that are decades
+ * smaller. */
 static void random_bidiagonal(uint32_t rows, int round) {
     b.rows = rows;
     for (uint32_t i = 0; i < rows; ++i) {
@@ -93,7 +94,7 @@ static void test_directions_turned_back_are_as_long_as_their_singular_values_and
                 const double singular = value_of(b.diagonal[i]);
                 ASSERT_CLOSE((i == j) ? 1.0 : 0.0, unit, 5e-6);
                 ASSERT_CLOSE((i == j) ? (singular * singular) : 0.0, inner,
-                             IF_FIXED(3e-5, 4e-6) * square_of(&before)); /* twice the roundings of 60 turns */
+                             IF_FIXED(3e-5, 4e-6) * square_of(&before)); /* twice the rounding of 60 rotations */
             }
         }
     }
@@ -101,7 +102,7 @@ static void test_directions_turned_back_are_as_long_as_their_singular_values_and
     TEST_ASSERT_TRUE(unfinished <= IF_FIXED(10u, 0u));
 }
 
-/* So near to diagonal, and so far from the tolerance: nothing is touched. */
+/* Nearly diagonal, and far from the tolerance: nothing changes. */
 static void test_rows_whose_inverse_is_short_stay_as_they_are(void) {
     b = (bidiagonal_t){.diagonal = {NUM(2), NUM(-1), NUM(0.5)}, .above = {NUM(0.2), NUM(0.1)}, .rows = 3};
     diagonalise(0.2, false);
@@ -114,7 +115,7 @@ static void test_rows_whose_inverse_is_short_stay_as_they_are(void) {
     const double sum = c * c + second[0] * second[0] + second[1] * second[1] + first[0] * first[0] +
                        first[1] * first[1] + first[2] * first[2];
     ASSERT_CLOSE(0.2 * sqrt(sum), value_of(path.ratio), 1e-5);
-    diagonalise(0.45, false); /* below the smallest singular value still, but the bound does not tell */
+    diagonalise(0.45, false); /* still below the smallest singular value, but the bound does not show it */
     TEST_ASSERT_TRUE(path.sweeps > 0u);
 }
 

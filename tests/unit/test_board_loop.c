@@ -1,29 +1,29 @@
-/* The boards' loop (firmware/boards/common/loop.c) on a board that is a model: its time, bus, permission pin and
- * watchdog. The robot on its bus sends a cycle's frames every period, as the guard's fixture makes them. */
+/* The boards' loop (firmware/boards/common/loop.c) with a model of a board: its time, bus, permission pin and watchdog.
+ * The robot on its bus sends the frames of a cycle in every period, as the guard's fixture makes them. */
 #include <setjmp.h>
 
-#define tick board_tick /* the fixture has one as well */
+#define tick board_tick /* the fixture has a function of this name, too */
 #include "../../firmware/boards/common/loop.c"
 #include "../../firmware/boards/common/restarts.c"
 #undef tick
 
 #include "guard_fixture.h"
 
-#define POLL_US 7u /* that one round of the loop takes */
+#define POLL_US 7u /* duration of one round of the loop */
 #define FRAMES  (JOINTS + 3u)
-#define START   220u /* cycles to the first permission at most: self-test, settling, health, a reset */
+#define START   220u /* most cycles to the first permission: self-test, settling, health, a reset */
 
 typedef enum { HANG_NOWHERE, HANG_RECEIVING, HANG_ANSWERING, HANG_LOOKING_FOR_FAULTS } hang_t;
 
 static struct {
     uint64_t now_us, end_us;
-    uint64_t silent_from_us; /* the robot sends nothing any more */
+    uint64_t silent_from_us; /* the robot is silent from then on */
     uint64_t hang_from_us;
     hang_t hang;
-    uint32_t fault, told; /* CAN_FAULT_..., and how often it was told */
+    uint32_t fault, told; /* CAN_FAULT_..., and how often it was reported */
     uint64_t fault_us[2];
-    uint32_t answer_us; /* that sending takes */
-    bool flood;         /* there is always another frame */
+    uint32_t answer_us; /* duration of sending */
+    bool flood;         /* another frame is always waiting */
     bench_t robot;
     uint64_t cycle_us; /* when the robot's cycle began */
     uint32_t sent;     /* frames of it that were received */
@@ -74,7 +74,7 @@ bool can_receive(can_frame_t *frame) {
         next_cycle(&board.robot);
     }
     if ((board.sent < FRAMES) && (board.now_us < board.silent_from_us)) {
-        /* While the permission is missing the robot asks for it, every other cycle an edge. */
+        /* While the permission is missing the robot requests it, with an edge in every other cycle. */
         *frame = (board.sent == 0u)   ? sync_frame(&board.robot)
                  : (board.sent == 1u) ? task_frame(&board.robot)
                  : (board.sent < (FRAMES - 1u))
@@ -96,7 +96,7 @@ bool can_answer(const can_frame_t frames[], uint32_t count) {
     TEST_ASSERT_EQUAL_HEX32(TAUPERP_STOP_COMMAND_FRAME_ID, frames[0].id);
     ++board.answers;
     board.permitted += out.permitted ? 1u : 0u;
-    TEST_ASSERT_EQUAL(board.permitted, board.toggles); /* an edge with every permission, and with nothing else */
+    TEST_ASSERT_EQUAL(board.permitted, board.toggles); /* one edge per permission, and no other */
     TEST_ASSERT_EQUAL(board.answers - board.permitted, board.withdrawals);
     board.answered_us = board.now_us;
     return true;
@@ -125,7 +125,8 @@ void watchdog_start(uint32_t timeout_us) {
 }
 
 void watchdog_serve(void) {
-    TEST_ASSERT_EQUAL(board.answers, board.served + 1u); /* every answer is served once, and nothing else is */
+    TEST_ASSERT_EQUAL(board.answers,
+                      board.served + 1u); /* every answer serves the watchdog once, and nothing else does */
     ++board.served;
     const uint64_t since_us = board.now_us - board.served_us;
     board.longest_us = (since_us > board.longest_us) ? since_us : board.longest_us;
@@ -187,7 +188,7 @@ static void test_silence_ends_the_permission_and_not_the_ticks(void) {
     TEST_ASSERT_TRUE(board.longest_us < board.watchdog_us);
 }
 
-/* Wherever it hangs: no edge, no service, and the watchdog's time passes. */
+/* At any place where the loop hangs: no edge, no service, and the watchdog expires. */
 static void test_a_hung_loop_is_not_served(void) {
     for (hang_t place = HANG_RECEIVING; place <= HANG_LOOKING_FOR_FAULTS; ++place) {
         setUp();
@@ -218,10 +219,10 @@ static void test_a_tick_that_takes_too_long_by_the_boards_clock_is_a_fault(void)
     TEST_ASSERT_EQUAL(0, board.permitted);
     TEST_ASSERT_EQUAL(GUARD_REASON_TICK_OVER_BUDGET, out.reason);
     TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, out.state);
-    TEST_ASSERT_UINT32_WITHIN(4u, 100u, board.answers); /* one a cycle, though no tick takes the snapshot */
+    TEST_ASSERT_UINT32_WITHIN(4u, 100u, board.answers); /* one per cycle, although no tick takes the snapshot */
 }
 
-/* Before the first tick, where it is not forgotten, and when there is a permission to end. */
+/* Before the first tick, where it must not be forgotten, and during a permission. */
 static void assert_fault_ends_permission(uint32_t fault, guard_reason_t reason) {
     setUp();
     board.fault = fault;
@@ -249,7 +250,7 @@ static void test_a_fault_of_the_bus_ends_a_permission(void) {
     assert_fault_ends_permission(CAN_FAULT_STUCK, GUARD_REASON_BUS_DOWN);
 }
 
-/* Its period would be the longest there is, its format one that no bus has. */
+/* Its period would be the longest possible, and its format one that no bus has. */
 static void test_nothing_of_a_refused_configuration_is_used(void) {
     storage.period_us = UINT32_MAX;
     storage.tick_deadline_us = UINT32_MAX;
@@ -279,7 +280,7 @@ static void test_unexpected_restarts_are_counted_until_they_are_too_many(void) {
         TEST_ASSERT_EQUAL(unexpected[i % 3u], guard.start_cause);
         TEST_ASSERT_TRUE(out.permitted); /* after its reset */
     }
-    for (uint32_t i = 0; i < 300u; ++i) { /* however often: the count does not wrap */
+    for (uint32_t i = 0; i < 300u; ++i) { /* the count must not wrap */
         start_cause = GUARD_START_WATCHDOG;
         (void)restarts_note(start_cause);
     }

@@ -1,4 +1,4 @@
-/* The STM32G4's clocks against a model of RCC, flash and power registers, and its reset flags. */
+/* The STM32G4's clocks with a model of RCC, flash and power registers, and its reset flags. */
 #include <stdint.h>
 #include <string.h>
 
@@ -33,7 +33,7 @@ static volatile uint32_t *word_at(uint32_t address) {
     return &model.word[model.used++].value;
 }
 
-/* Flags are up at the next look. */
+/* Flags are set at the next read. */
 static void answer(void) {
     volatile uint32_t *const control = word_at(RCC_CR_ADDRESS);
     volatile uint32_t *const configuration = word_at(RCC_CFGR_ADDRESS);
@@ -118,7 +118,7 @@ static void test_a_watchdog_is_not_hidden_by_a_button_and_an_exception_not_by_it
     TEST_ASSERT_EQUAL(GUARD_START_WATCHDOG, reset_cause(RCC_CSR_IWDGRSTF | RCC_CSR_SFTRSTF | RCC_CSR_PINRSTF, false));
     TEST_ASSERT_EQUAL(GUARD_START_EXCEPTION, reset_cause(RCC_CSR_IWDGRSTF | RCC_CSR_PINRSTF, true));
     TEST_ASSERT_EQUAL(GUARD_START_EXCEPTION, reset_cause(RCC_CSR_PINRSTF, true));
-    TEST_ASSERT_EQUAL(GUARD_START_POWER_ON, reset_cause(RCC_CSR_BORRSTF, true)); /* RAM holds anything */
+    TEST_ASSERT_EQUAL(GUARD_START_POWER_ON, reset_cause(RCC_CSR_BORRSTF, true)); /* RAM contains arbitrary values */
 }
 
 int main(void) {

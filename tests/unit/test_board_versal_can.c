@@ -1,4 +1,4 @@
-/* The Versal's CAN driver against a model of its controller's registers. */
+/* The Versal's CAN driver with a model of its controller's registers. */
 #include "canfd_model.h"
 
 #include "messages.h"
@@ -105,7 +105,7 @@ static void test_an_overflow_is_told_once_and_the_frames_before_it_are_kept(void
         TEST_ASSERT_TRUE(can_receive(&frame));
         TEST_ASSERT_EQUAL_HEX8(i, frame.data[0]);
     }
-    hear(JOINT1, CAN_FRAME_FD, 7u); /* and it goes on */
+    hear(JOINT1, CAN_FRAME_FD, 7u); /* reception continues */
     can_frame_t frame;
     TEST_ASSERT_TRUE(can_receive(&frame));
     TEST_ASSERT_EQUAL_HEX8(7, frame.data[0]);

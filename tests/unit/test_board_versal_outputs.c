@@ -1,4 +1,4 @@
-/* The Versal's permission pin and window watchdog against models of their registers. */
+/* The Versal's permission pin and window watchdog with models of their registers. */
 #include <stdbool.h>
 #include <string.h>
 
@@ -59,7 +59,7 @@ static void write_watchdog(uint32_t offset, uint32_t value) {
             model.running = true;
             model.begun = model.now;
         } else if (serves) {
-            model.reset = model.reset || !in_second(); /* too early is as bad as too late */
+            model.reset = model.reset || !in_second(); /* too early is an error, like too late */
             model.begun = model.now;
         } else {
             /* as it is */
@@ -74,7 +74,7 @@ void output_write(uint32_t offset, uint32_t value) {
     case GPIO_MASK_DATA_3_LSW: {
         const uint32_t changed = ~(value >> 16) & 0xFFFFu;
         const uint32_t level = (model.level & ~changed) | (value & changed);
-        TEST_ASSERT_EQUAL_HEX32(0, changed & ~1u); /* somebody else's pins */
+        TEST_ASSERT_EQUAL_HEX32(0, changed & ~1u); /* pins of other functions */
         model.edges += (level != model.level) ? 1u : 0u;
         model.level = level;
         break;
@@ -159,7 +159,7 @@ static void test_the_watchdog_resets_what_does_not_serve_it_in_time(void) {
     TEST_ASSERT_TRUE(model.reset);
 }
 
-/* Two ticks right after each other: the second is in the first window, where a service would be a reset. */
+/* Two consecutive ticks without delay: the second is in the first window, where a service would cause a reset. */
 static void test_a_second_tick_at_once_is_no_reset(void) {
     watchdog_start(8000u);
     for (uint32_t i = 0; i < 20u; ++i) {

@@ -1,4 +1,4 @@
-/* Why the Versal's RPU starts, and whether its clock is the one that the image is for. */
+/* The cause of the RPU's start, and whether its clock matches the image. */
 #include "../../firmware/boards/versal_r5/clock_check.c"
 #include "../../firmware/boards/versal_r5/reset_cause.c"
 
@@ -23,7 +23,7 @@ static void test_an_error_is_not_hidden_by_another_reason(void) {
     TEST_ASSERT_EQUAL(GUARD_START_WATCHDOG, reset_cause(RESET_ERR_SRST | RESET_SW_SRST, false, false));
 }
 
-/* The platform's reason is then of an earlier start. */
+/* The platform's reason then belongs to an earlier start. */
 static void test_memory_that_outlived_the_reset_is_an_unexpected_restart(void) {
     TEST_ASSERT_EQUAL(GUARD_START_WATCHDOG, reset_cause(0, true, false));
     TEST_ASSERT_EQUAL(GUARD_START_WATCHDOG, reset_cause(RESET_EXTERNAL_POR, true, false));
@@ -44,7 +44,7 @@ static void test_the_clock_of_the_image_agrees_within_five_percent(void) {
     TEST_ASSERT_FALSE(clock_agrees(cycles, 94000u, HZ));
 }
 
-/* As QEMU's clock of 1 GHz would be to an image for the device. */
+/* As an image for the device would see QEMU's clock of 1 GHz. */
 static void test_a_clock_1_67_times_too_fast_or_slow_is_found(void) {
     TEST_ASSERT_FALSE(clock_agrees(PMU_CYCLES_PER_US * 1000u, 60000u, HZ));
     TEST_ASSERT_FALSE(clock_agrees(PMU_CYCLES_PER_US * 1000u, 166700u, HZ));
@@ -53,7 +53,7 @@ static void test_a_clock_1_67_times_too_fast_or_slow_is_found(void) {
 static void test_a_reference_that_stands_or_says_no_frequency_does_not_agree(void) {
     TEST_ASSERT_FALSE(clock_agrees(600000u, 0u, HZ));
     TEST_ASSERT_FALSE(clock_agrees(600000u, 100000u, 0u));
-    TEST_ASSERT_FALSE(clock_agrees(0u, 100000u, HZ)); /* the core's counter stands */
+    TEST_ASSERT_FALSE(clock_agrees(0u, 100000u, HZ)); /* the core's counter stands still */
 }
 
 int main(void) {

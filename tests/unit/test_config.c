@@ -1,4 +1,4 @@
-/* Which configuration blocks the guard runs on, and which it refuses with what reason. */
+/* Which configuration blocks the guard accepts, and the reason for each that it refuses. */
 #include "config_bounds.h"
 #include "guard_fixture.h"
 
@@ -61,7 +61,7 @@ static void test_timing_that_cannot_hold_is_refused(void) {
     assert_status(GUARD_BAD_TIMING);
 }
 
-/* No deadline, period or waiting time is so long that the guard would not see a person in time. */
+/* No deadline, period or waiting time may be so long that the guard detects a person too late. */
 static void test_times_that_make_the_guard_blind_are_refused(void) {
     uint32_t *const times[] = {&config.period_us,        &config.sync_deadline_us, &config.joint_deadline_us,
                                &config.task_deadline_us, &config.tick_deadline_us, &config.tick_budget_us,
@@ -72,7 +72,7 @@ static void test_times_that_make_the_guard_blind_are_refused(void) {
         *times[i] = 10u * 1000u * PERIOD_US;
         assert_status(GUARD_BAD_TIMING);
     }
-    config.task_deadline_us = 16u * PERIOD_US; /* the counter cannot tell 16 cycles from none */
+    config.task_deadline_us = 16u * PERIOD_US; /* the counter cannot distinguish 16 cycles from none */
     assert_status(GUARD_BAD_TIMING);
     config.reset_healthy_us = config.settling_us - 1u;
     assert_status(GUARD_BAD_TIMING);
@@ -86,7 +86,7 @@ static void test_a_task_that_cannot_detect_is_refused(void) {
     config.task[TASK_PAYLOAD].detector.threshold_nm[0][0] =
         config.robot.joint[0].torque_max_nm / 2; /* no person survives that */
     assert_status(GUARD_BAD_TASK);
-    config.task[TASK_PAYLOAD].detector.debounce_ticks = 101u; /* a tenth of a second at 1 kHz */
+    config.task[TASK_PAYLOAD].detector.debounce_ticks = 101u; /* more than a tenth of a second at 1 kHz */
     assert_status(GUARD_BAD_TASK);
     config.task[TASK_PAYLOAD].detector.channels = 0u;
     assert_status(GUARD_BAD_TASK);
@@ -128,7 +128,7 @@ static void test_a_robot_table_that_cannot_be_walked_is_refused(void) {
     assert_status(GUARD_BAD_ROBOT);
     config.robot.joint_count = ROBOT_MAX_JOINTS + 1u;
     assert_status(GUARD_BAD_ROBOT);
-    config.robot.joint[7].inertia_zz = NUM(1); /* behind the last joint */
+    config.robot.joint[7].inertia_zz = NUM(1); /* after the last joint */
     assert_status(GUARD_BAD_ROBOT);
     config.robot.joint[2].cos_twist = NUM(0.5);
     assert_status(GUARD_BAD_ROBOT);
@@ -232,11 +232,11 @@ static void make_sudden(uint32_t fast, uint32_t channels) {
 static void test_fast_components_and_a_channel_of_sudden_go_together(void) {
     make_sudden(7u, 3u);
     assert_status(GUARD_OK);
-    make_sudden(7u, 1u); /* nothing looks at them */
+    make_sudden(7u, 1u); /* no channel uses them */
     assert_status(GUARD_BAD_TASK);
-    make_sudden(0u, 3u); /* the channel would hear nothing */
+    make_sudden(0u, 3u); /* the channel would have no input */
     assert_status(GUARD_BAD_TASK);
-    make_sudden(7u, 2u); /* a force that stays would not be seen */
+    make_sudden(7u, 2u); /* a constant force would not be detected */
     assert_status(GUARD_BAD_BANK);
     make_sudden(7u, 3u);
     config.task[TASK_CONTACT].index.components = 3u; /* the third is fast and not explained */
@@ -271,7 +271,7 @@ static void test_the_regressor_is_used_by_a_task_behind_a_plain_low_pass(void) {
     config.regressor.used = 2u;
     assert_status(GUARD_BAD_BANK);
     ask_for_regressor();
-    config.task[TASK_PAYLOAD].index.kind = INDEX_PAYLOAD; /* nobody asks */
+    config.task[TASK_PAYLOAD].index.kind = INDEX_PAYLOAD; /* unused */
     assert_status(GUARD_BAD_BANK);
     ask_for_regressor();
     config.subspace.projector = PROJECTOR_HARD;
@@ -291,7 +291,7 @@ static void test_the_regressor_is_used_by_a_task_behind_a_plain_low_pass(void) {
     ask_for_regressor();
     const uint32_t reaction = config_reaction_us(&config);
     config = make_config();
-    TEST_ASSERT_EQUAL(14u * PERIOD_US, reaction - config_reaction_us(&config)); /* its own rise comes on top */
+    TEST_ASSERT_EQUAL(14u * PERIOD_US, reaction - config_reaction_us(&config)); /* its own rise is added */
 }
 
 static void test_a_contact_of_few_components_serves_an_arm_of_few_joints(void) {
@@ -359,22 +359,22 @@ static void test_a_channel_that_passes_nothing_or_too_much_is_refused(void) {
     }
     assert_status(GUARD_BAD_BANK);
     for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
-        config.bank.channel[0].in[g] = NUM(2); /* twice */
+        config.bank.channel[0].in[g] = NUM(2); /* doubled */
     }
     assert_status(GUARD_BAD_BANK);
     for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
-        config.bank.channel[0].high_pass[g] = NUM(0.01); /* the only channel: a force that stays is not seen */
+        config.bank.channel[0].high_pass[g] = NUM(0.01); /* the only channel: a constant force is not detected */
     }
     assert_status(GUARD_BAD_BANK);
     config.bank.channel[0].own[2] = NUM(3);
     assert_status(GUARD_BAD_BANK);
 }
 
-/* 0.95^k is 0.5 at k = 14; the debounce, the sample's age, the joint deadline and the tick deadline come on top. */
+/* 0.95^k is 0.5 at k = 14. The debounce, the sample's age, the joint deadline and the tick deadline are added. */
 static void test_the_worst_case_reaction_time_is_the_sum_of_its_parts(void) {
     TEST_ASSERT_EQUAL((1u + 14u + 2u + DEADLINE_CYCLES + 5u) * PERIOD_US, config_reaction_us(&config));
     config.period_us =
-        CONFIG_PERIOD_MAX_US; /* 20 Hz with constants of 1 kHz: nothing would hold, so every part is slow */
+        CONFIG_PERIOD_MAX_US; /* 20 Hz with constants of 1 kHz would violate other bounds, so every part is slow */
     TEST_ASSERT_TRUE(config_reaction_us(&config) > CONFIG_REACTION_MAX_US);
     config = make_config();
 }
@@ -382,7 +382,7 @@ static void test_the_worst_case_reaction_time_is_the_sum_of_its_parts(void) {
 static void test_an_unknown_stop_category_is_refused(void) {
     config.stop_collision = 3u;
     assert_status(GUARD_BAD_STOP);
-    config.stop_input = 2u; /* holding under power is for a collision only */
+    config.stop_input = 2u; /* only a collision may stop with the power on */
     assert_status(GUARD_BAD_STOP);
     config.stop_fault = 2u;
     assert_status(GUARD_BAD_STOP);
@@ -390,7 +390,7 @@ static void test_an_unknown_stop_category_is_refused(void) {
 
 static void test_numbers_that_are_none_are_refused(void) {
 #ifdef TAUPERP_FIXED
-    const num_t nan = INT32_MIN; /* every pattern is a number there; this one has no opposite */
+    const num_t nan = INT32_MIN; /* every pattern is a number there; this one has no negative */
     const num_t infinity = INT32_MIN;
 #else
     const float nan = 0.0f / 0.0f;

@@ -25,7 +25,7 @@ static void step(void) {
 
 static void test_below_every_threshold_nothing_trips(void) {
     for (uint32_t i = 0; i < JOINTS; ++i) {
-        value[i] = (i % 2u == 0u) ? NUM(2) : NUM(-2); /* at the threshold is not above it */
+        value[i] = (i % 2u == 0u) ? NUM(2) : NUM(-2); /* a value at the threshold is not above it */
     }
     for (int k = 0; k < 1000; ++k) {
         step();
@@ -140,7 +140,7 @@ static void test_joints_that_the_arm_does_not_have_are_not_looked_at(void) {
     TEST_ASSERT_EQUAL(7, detector.joint);
 }
 
-/* NaN and infinity; in fixed point the value that has no opposite, and the largest one. */
+/* NaN and infinity; in fixed point the value without a negative, and the largest value. */
 static void test_what_is_not_a_number_is_above_every_threshold(void) {
 #ifdef TAUPERP_FIXED
     const num_t bad[] = {INT32_MIN, INT32_MAX, -INT32_MAX};
@@ -188,11 +188,11 @@ static void test_any_watched_channel_counts_and_no_other(void) {
     for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
         task.threshold_nm[2][i] = NUM(0.5);
     }
-    bank.channel[1].output[3] = NUM(100); /* not watched */
+    bank.channel[1].output[3] = NUM(100); /* not used by the task */
     step();
     step();
     TEST_ASSERT_FALSE(detector.any_above);
-    value[3] = NUM(2.5);                   /* 1.25 times its threshold, then channel 2 goes on */
+    value[3] = NUM(2.5);                   /* 1.25 times its threshold; channel 2 follows */
     bank.channel[2].output[3] = NUM(0.75); /* 1.5 times */
     step();
     TEST_ASSERT_FALSE(detector.tripped);

@@ -179,7 +179,7 @@ static void test_a_wrong_crc_does_not_start_a_receiver(void) {
     TEST_ASSERT_EQUAL(E2E_INITIAL, receive(4, MAX_DELTA));
 }
 
-/* Which data ids a receiver of the wire could confuse: everything that anybody of it sends. */
+/* The data ids that a receiver of the wire could confuse: all messages of all senders. */
 static const uint8_t *wire_ids(uint32_t index) {
     return (index < PROTOCOL_RECEIVE_COUNT) ? protocol_receive[index].data_ids
                                             : protocol_transmit[index - PROTOCOL_RECEIVE_COUNT].data_ids;
@@ -199,8 +199,8 @@ static void test_a_frame_of_any_other_message_is_a_wrong_crc_at_every_counter(vo
     }
 }
 
-/* Whether an error is found depends on the flipped bits and the counter only (the CRC is linear in all else), so the
- * loops over messages and counters make this a proof for this wire, not a sample. */
+/* Whether an error is found depends only on the flipped bits and the counter (the CRC is linear in everything else).
+ * The loops over messages and counters are therefore a proof for this wire, not a sample. */
 static void assert_flips_found(uint32_t slot, uint64_t flips) {
     const protocol_receive_t *const entry = &protocol_receive[slot];
     for (uint8_t counter = 0; counter < 16u; ++counter) {
@@ -222,7 +222,7 @@ static void test_every_flipped_bit_of_every_message_is_found(void) {
     }
 }
 
-/* The polynomial has a Hamming distance of 4 at this length; a flipped counter bit picks another data id as well. */
+/* At this length the polynomial has a Hamming distance of 4. A flipped counter bit also selects another data id. */
 static void test_every_two_or_three_flipped_bits_outside_the_counter_are_found(void) {
     const uint64_t counter_bits = 0x0F00u;
     for (uint32_t slot = 0; slot < PROTOCOL_RECEIVE_COUNT; slot += 8u) { /* a joint and a 4-byte message */

@@ -1,4 +1,4 @@
-/* The event recorder: what it keeps of a trip, and what it says on the bus. */
+/* The event recorder: what it keeps of a trip, and what it sends. */
 #include "event_log.h"
 
 #include "e2e.h"
@@ -10,7 +10,7 @@
 #define JOINTS    7u
 #define PERIOD_US 1000u
 
-/* A frame as the other end reads it. */
+/* A frame as the receiver reads it. */
 typedef struct {
     uint32_t slot, part, trip, reason, joint, joints, step, before, number, sample_joint, task, channel;
     int16_t residual, index;

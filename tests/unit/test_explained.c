@@ -1,4 +1,4 @@
-/* How large is what a task explains: the estimate, its limits, and the acceleration that a payload may explain. */
+/* The size of what a task explains: the estimate, its limits, and the acceleration that a payload may explain. */
 #include "explained.h"
 
 #include "core_fixture.h"
@@ -64,7 +64,7 @@ void tearDown(void) {
     TEST_ASSERT_EQUAL(0, measured.saturations);
 }
 
-/* `ticks` of a constant force (N) and moment (Nm) at the end-effector, as the observer means it: r = -J^T w. */
+/* `ticks` ticks with a constant force (N) and moment (Nm) at the end-effector, with the observer's sign: r = -J^T w. */
 static void hold_wrench(const double w[6], uint32_t ticks) {
     for (uint32_t k = 0; k < ticks; ++k) {
         for (uint32_t i = 0; i < N; ++i) {
@@ -80,7 +80,7 @@ static void hold_wrench(const double w[6], uint32_t ticks) {
     }
 }
 
-/* A single component, and more than any block may state: what is held for the squares is still an excess. */
+/* A single component above every limit: the value that saturates for the squares is still an excess. */
 static void test_the_largest_limits_can_be_exceeded(void) {
     const double force[6] = {0.0, 0.0, -470.0, 0.0, 0.0, 0.0};
     const double moment[6] = {0.0, 0.0, 0.0, 80.0, 0.0, 0.0};
@@ -108,7 +108,7 @@ static void test_a_payload_within_its_limits_is_permitted(void) {
     TEST_ASSERT_FALSE(explained.tripped);
 }
 
-/* Up and down: no payload weighs less than nothing, none weighs 9 kg. */
+/* Up and down: no payload has a negative weight, and none weighs 9 kg. */
 static void test_a_clamped_hand_under_the_gripper_is_no_payload(void) {
     const double forces[] = {60.0, 300.0, -90.0, -300.0};
     for (uint32_t f = 0; f < 4u; ++f) {
@@ -123,7 +123,7 @@ static void test_a_clamped_hand_under_the_gripper_is_no_payload(void) {
 
 static void test_a_moment_that_no_payload_has_is_too_much(void) {
     const double w[6] = {0.0, 0.0, -20.0, 60.0, 0.0, 0.0};
-    limits.force_slack_n = NUM(400); /* part of a moment looks like weight */
+    limits.force_slack_n = NUM(400); /* a part of a moment looks like weight */
     task = (index_config_t){.kind = INDEX_PAYLOAD};
     hold_wrench(w, 400u);
     TEST_ASSERT_TRUE(explained.tripped);
@@ -176,7 +176,7 @@ static void test_an_excess_needs_its_debounce(void) {
 
 /* --- the commanded acceleration ----------------------------------------------------------------------------------- */
 
-/* The tip moves along x with `actual` m/s^2 while the controller says `commanded`. */
+/* The tip moves along x with `actual` m/s^2 while the controller commands `commanded`. */
 static void accelerate(double actual, double commanded, uint32_t ticks) {
     static double speed;
     speed = 0.0;

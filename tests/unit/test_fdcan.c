@@ -1,4 +1,4 @@
-/* The STM32G4's CAN driver against a model of its controller's registers. */
+/* The STM32G4's CAN driver with a model of its controller's registers. */
 #include "fdcan_model.h"
 
 #include "messages.h"
@@ -204,7 +204,7 @@ static void test_a_controller_that_does_not_answer_at_start_is_a_bus_that_is_dow
     TEST_ASSERT_FALSE(can_receive(&frame));
     TEST_ASSERT_FALSE(can_answer(answer, 2u));
     TEST_ASSERT_EQUAL(CAN_FAULT_STUCK, can_faults());
-    TEST_ASSERT_EQUAL(CAN_FAULT_STUCK, can_faults()); /* and stays so */
+    TEST_ASSERT_EQUAL(CAN_FAULT_STUCK, can_faults()); /* the fault stays */
 }
 
 int main(void) {

@@ -1,4 +1,4 @@
-/* A permission rests on what was evaluated: cycle numbers, evaluated snapshots, time, senders, readings, starts. */
+/* A permission depends on what was evaluated: cycle numbers, snapshots, time, senders, readings, starts. */
 #include "guard_fixture.h"
 
 static bench_t bench;
@@ -28,7 +28,7 @@ static void test_a_cycle_number_that_jumps_ends_the_permission_at_once(void) {
         jump(advances[i]);
         assert_stopped(&bench, GUARD_REASON_CYCLE_JUMP, 0u);
         TEST_ASSERT_EQUAL(1, bench.guard.counters.sequence_errors);
-        cycles(&bench, 3u * SETTLING_CYCLES); /* the robot is heard again from its new number on */
+        cycles(&bench, 3u * SETTLING_CYCLES); /* the robot is accepted again with its new number */
         ask_reset(&bench, bench.out.trip_number);
         TEST_ASSERT_TRUE(bench.out.permitted);
     }
@@ -66,7 +66,7 @@ static void test_snapshots_that_no_tick_evaluates_keep_nothing_fresh(void) {
         for (uint32_t i = 0; i < JOINTS; ++i) {
             receive(&bench, joint_frame(&bench, i));
         }
-        bench.guard.inputs.snapshot.taken = true; /* a fault: the complete snapshot is taken by nobody */
+        bench.guard.inputs.snapshot.taken = true; /* a fault: the complete snapshot is never taken */
         bench.guard.inputs.snapshot.taken_cycle = bench.cycle;
         tick(&bench);
         ++taken;
@@ -76,7 +76,7 @@ static void test_snapshots_that_no_tick_evaluates_keep_nothing_fresh(void) {
 }
 
 static void test_a_contact_from_power_on_never_gets_a_permission(void) {
-    push(4000); /* 40 Nm, from the first sample on */
+    push(4000); /* 40 Nm, from the first sample */
     for (uint32_t i = 0; i < 1000u; ++i) {
         cycle(&bench);
         receive(&bench, reset_frame(&bench, bench.out.trip_number, (i % 2u) != 0u));
@@ -160,7 +160,7 @@ static void test_a_worse_fault_of_the_same_tick_is_the_one_that_stays(void) {
     assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
 }
 
-/* --- stopped is not deaf ------------------------------------------------------------------------------------------ */
+/* --- monitoring while stopped ------------------------------------------------------------------------------------- */
 
 static void stop_by_collision(void) {
     run_until_permitted(&bench);
@@ -170,7 +170,7 @@ static void stop_by_collision(void) {
     }
     push(-800);
     TEST_ASSERT_EQUAL(2, bench.out.stop_category);
-    cycles(&bench, 2u * SETTLING_CYCLES); /* it is over, the robot retreats */
+    cycles(&bench, 2u * SETTLING_CYCLES); /* the contact is over, the robot retreats */
     assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
 }
 
@@ -196,7 +196,7 @@ static void test_a_collision_that_goes_on_is_not_a_second_one(void) {
 static void test_a_contact_that_grows_on_another_joint_is_a_second_one(void) {
     run_until_permitted(&bench);
     push(800);
-    cycles(&bench, 700u); /* the stop is over, the first contact still there */
+    cycles(&bench, 700u); /* the stop is over, but the first contact remains */
     TEST_ASSERT_EQUAL(1, bench.out.trip_number);
     TEST_ASSERT_EQUAL(2, bench.out.stop_category);
     bench.torque[4] = (int16_t)(bench.torque[4] + 600);
@@ -257,7 +257,7 @@ static void test_readings_that_are_late_by_multiples_of_sixteen_cycles_are_late(
 
 /* --- time --------------------------------------------------------------------------------------------------------- */
 
-/* A robot whose cycles take `cycle_us` of guard time instead of a period; true if the guard still permits. */
+/* A robot whose cycles take `cycle_us` of guard time instead of a period. True if the guard still permits. */
 static bool permits_at(uint32_t cycle_us) {
     start(&bench);
     run_until_permitted(&bench);
@@ -287,7 +287,7 @@ static void test_there_is_no_permission_before_time_and_cycles_have_agreed(void)
     bench.guard.inputs.window_cycles = 0;
     silent_cycles(&bench, DEADLINE_CYCLES + 1u);
     const uint8_t number = bench.out.trip_number;
-    for (uint32_t i = 0; i < 20u; ++i) { /* everything else has been good for long */
+    for (uint32_t i = 0; i < 20u; ++i) { /* everything else has been good for a long time */
         bench.guard.settled_cycles = UINT16_MAX;
         cycle(&bench);
         TEST_ASSERT_FALSE(bench.guard.healthy);
@@ -370,7 +370,7 @@ static void test_one_bad_frame_in_twenty_has_no_consequence(void) {
     }
 }
 
-/* Each gap is short enough to be bridged; that they never end is not. */
+/* Each gap is short enough to be bridged, but the gaps do not end. */
 static void test_a_joint_that_loses_three_frames_in_four_is_a_stop(void) {
     run_until_permitted(&bench);
     uint32_t taken = 0;
@@ -390,7 +390,7 @@ static void test_a_joint_that_loses_three_frames_in_four_is_a_stop(void) {
     TEST_ASSERT_TRUE(taken <= 30u);
 }
 
-/* A GuardReset is an event: a controller that starts again counts from elsewhere. */
+/* A GuardReset is an event: after a restart the controller's counter jumps. */
 static void test_a_reset_whose_counter_jumps_is_no_sender_with_losses(void) {
     run_until_permitted(&bench);
     for (uint32_t i = 0; i < 20u; ++i) {
@@ -442,14 +442,14 @@ static void test_a_single_repetition_is_no_other_sender(void) {
 
 static void test_a_position_that_jumps_is_implausible(void) {
     run_until_permitted(&bench);
-    bench.position[5] = (int16_t)(bench.position[5] + 80); /* 10 mrad within 1 ms, without any velocity */
+    bench.position[5] = (int16_t)(bench.position[5] + 80); /* 10 mrad within 1 ms, at zero velocity */
     cycle(&bench);
     assert_stopped(&bench, GUARD_REASON_IMPLAUSIBLE, 6u);
 }
 
 static void test_a_velocity_that_the_position_does_not_show_is_implausible(void) {
     run_until_permitted(&bench);
-    bench.velocity[6] = 1200; /* 0.3 rad/s, and it stands */
+    bench.velocity[6] = 1200; /* 0.3 rad/s, but the position stays */
     cycles(&bench, 40u);
     assert_stopped(&bench, GUARD_REASON_IMPLAUSIBLE, 7u);
 }
@@ -457,7 +457,7 @@ static void test_a_velocity_that_the_position_does_not_show_is_implausible(void)
 static void test_a_joint_that_moves_as_it_says_is_plausible(void) {
     run_until_permitted(&bench);
     for (uint32_t i = 0; i < 400u; ++i) {
-        bench.velocity[6] = (int16_t)((i < 100u) ? (20 * i) : 2000u); /* up to 0.5 rad/s; joint 7 carries little */
+        bench.velocity[6] = (int16_t)((i < 100u) ? (20 * i) : 2000u); /* up to 0.5 rad/s; joint 7 carries little load */
         static double position;
         position = (i == 0u) ? bench.position[6] : (position + bench.velocity[6] * 0.002); /* raw: 2 quanta a ms */
         bench.position[6] = (int16_t)position;
@@ -476,7 +476,7 @@ static void test_a_torque_at_the_end_of_its_range_is_out_of_range(void) {
 /* Joint 2 turns slowly: its gravity torque changes, but the reading does not. */
 static void test_a_torque_that_repeats_bit_for_bit_while_the_arm_moves_is_frozen(void) {
     guard_config_t config = make_config();
-    for (uint32_t i = 0; i < JOINTS; ++i) { /* so that the torque which is missing is not found first */
+    for (uint32_t i = 0; i < JOINTS; ++i) { /* so that the missing torque is not detected first */
         config.task[TASK_NONE].detector.threshold_nm[0][i] = config.robot.joint[i].torque_max_nm / 3;
     }
     seal_config(&config);
@@ -499,7 +499,7 @@ static void test_the_inverted_copy_comes_by_another_path(void) {
     cycle(&bench);
     TEST_ASSERT_TRUE(bench.out.permitted);
     TEST_ASSERT_TRUE(bench.out.withheld);
-    TEST_ASSERT_EQUAL_HEX8(0xF1, bench.out.frame[0].data[2]); /* Move and Stop: no pair that permits */
+    TEST_ASSERT_EQUAL_HEX8(0xF1, bench.out.frame[0].data[2]); /* Move and Stop: a pair that does not permit */
 }
 
 int main(void) {

@@ -1,4 +1,4 @@
-/* The guard's supervision of itself, and what its board tells it: late and dear ticks, time, flipped bits. */
+/* The guard's checks of itself, and faults reported by its board: late and over-long ticks, time, flipped bits. */
 #include "guard_fixture.h"
 
 static bench_t bench;

@@ -1,4 +1,4 @@
-/* What the guard does with each kind of bad frame: which counter moves, and what becomes of the permission. */
+/* The guard's reaction to each kind of bad frame: the counter that moves, and the effect on the permission. */
 #include "guard_fixture.h"
 
 static bench_t bench;
@@ -47,7 +47,7 @@ static void test_any_flipped_bit_of_a_frame_is_dropped_and_counted_once(void) {
         cycle(&bench);
         assert_only(after, (guard_counters_t){.lost_frames = 1});
         TEST_ASSERT_TRUE(bench.out.permitted);
-        cycles(&bench, 12u); /* now and then, not one frame in two: that has consequences of its own */
+        cycles(&bench, 12u); /* now and then, because one bad frame in two would have consequences of its own */
     }
 }
 
@@ -226,8 +226,7 @@ static void test_a_frame_sealed_for_another_message_is_refused(void) {
     assert_only(before, (guard_counters_t){.crc_errors = 1});
 }
 
-/* --- good frames with values that are not ---------------------------------------------------------------------------
- */
+/* --- good frames with bad values ---------------------------------------------------------------------------------- */
 
 static void assert_range_trip(uint32_t joint) {
     const guard_counters_t before = counters();

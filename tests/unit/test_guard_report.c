@@ -1,4 +1,4 @@
-/* What the guard says on the bus: sealed frames, one StopCommand a tick, every page and joint in turn. */
+/* The guard's frames: protected, one StopCommand per tick, every page and joint in sequence. */
 #include "guard_fixture.h"
 
 static bench_t bench;
@@ -96,15 +96,15 @@ static void test_tick_time_and_deadline_margin_are_told(void) {
     TEST_ASSERT_EQUAL(123, get16(page(0u)->data + 6));
     guard_note_tick_time(&bench.guard, 77u);
     const can_frame_t *frame = page(6u);
-    TEST_ASSERT_EQUAL(123, get16(frame->data + 4)); /* the worst */
+    TEST_ASSERT_EQUAL(123, get16(frame->data + 4)); /* the worst value */
     TEST_ASSERT_EQUAL(DEADLINE_CYCLES * PERIOD_US, get16(frame->data + 6));
     silent_cycles(&bench, 2u);
     TEST_ASSERT_EQUAL((DEADLINE_CYCLES - 2u) * PERIOD_US, get16(page(6u)->data + 6));
-    TEST_ASSERT_EQUAL(DEADLINE_CYCLES * PERIOD_US, get16(page(6u)->data + 6)); /* since the page before */
+    TEST_ASSERT_EQUAL(DEADLINE_CYCLES * PERIOD_US, get16(page(6u)->data + 6)); /* since the last page */
 }
 
 static void test_a_joints_residual_is_told_in_hundredths(void) {
-    bench.torque[0] = 15000; /* 150 Nm where gravity is none */
+    bench.torque[0] = 15000; /* 150 Nm where the gravity torque is zero */
     bench.task = TASK_NONE;
     cycles(&bench, 200u);
     int16_t residual = 0;

@@ -1,11 +1,11 @@
-/* Every stage that does not run in a tick is seen: this program holds a guard of its own, of which each stage can be
- * made an empty function, before the self-test and after it. */
+/* Every stage that does not run in a tick is detected. This program contains its own guard, in which each stage can
+ * become an empty function, before and after the self-test. */
 #include <stdbool.h>
 
 #include "detector.h"
 #include "explained.h"
 
-static unsigned dead; /* the stage that does nothing; 0: all run */
+static unsigned dead; /* number of the stage that does nothing; 0: all run */
 
 #define RUN(number, stage, ...)                                                                                        \
     do {                                                                                                               \
@@ -70,7 +70,7 @@ static void test_a_stage_that_stops_running_is_a_fault_at_once(void) {
     }
 }
 
-/* From the start on: with a collision on the arm, so that a guard that lives on would be blind to it. */
+/* From the start, with a collision on the arm: a guard that continued would not detect it. */
 static void test_a_stage_that_never_ran_is_found_by_the_self_test_or_the_first_tick(void) {
     for (unsigned stage = 1u; stage <= STAGES; ++stage) {
         setUp();

@@ -1,4 +1,4 @@
-/* What the guard permits when: start-up, deadlines, trips, resets. */
+/* When the guard permits motion: start-up, deadlines, trips, resets. */
 #include "guard_fixture.h"
 
 static bench_t bench;
@@ -168,7 +168,7 @@ static void test_a_reset_while_the_collision_goes_on_is_refused(void) {
 static void test_a_reset_before_the_inputs_were_good_for_long_enough_is_refused(void) {
     run_until_permitted(&bench);
     silent_cycles(&bench, 10u);
-    cycles(&bench, SETTLING_CYCLES + 50u); /* settled, and good for 50 ms: 100 ms are asked for */
+    cycles(&bench, SETTLING_CYCLES + 50u); /* settled, and good for 50 ms of the required 100 ms */
     ask_reset(&bench, bench.out.trip_number);
     assert_stopped(&bench, GUARD_REASON_SYNC_TIMEOUT, 0u);
     cycles(&bench, 60u);
@@ -178,7 +178,7 @@ static void test_a_reset_before_the_inputs_were_good_for_long_enough_is_refused(
 
 static void test_a_request_that_stays_at_one_is_no_reset(void) {
     run_until_permitted(&bench);
-    ask_reset(&bench, 1u); /* an edge before there is a trip */
+    ask_reset(&bench, 1u); /* an edge before the trip */
     TEST_ASSERT_EQUAL(1, bench.guard.counters.resets_refused);
     collide(20u);
     for (uint32_t i = 0; i < 200u; ++i) {
@@ -252,7 +252,7 @@ static void test_the_first_permission_waits_until_the_observer_has_settled(void)
         TEST_ASSERT_TRUE((bench.out.reason == GUARD_REASON_SETTLING) ||
                          (bench.out.reason == GUARD_REASON_AWAITING_RESET));
     }
-    /* The observer settles, then everything has to be good for the healthy time. */
+    /* The observer settles. Then everything must be good for the healthy time. */
     TEST_ASSERT_EQUAL(1u + 2u * SETTLING_CYCLES, taken); /* the first sample only starts the observer */
 }
 

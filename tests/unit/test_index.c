@@ -16,7 +16,7 @@ static motion_t motion;
 static observer_t observer;
 static regressor_t regressor;
 static vec3_t acceleration;
-static double torque[N]; /* that acts on the arm from outside, as the observer means it */
+static double torque[N]; /* external torque on the arm, with the observer's sign */
 static num_t pose[ROBOT_MAX_JOINTS];
 
 static void move_to(double turn) {
@@ -81,7 +81,7 @@ static double size_of(const num_t v[]) {
     return sqrt(square);
 }
 
-/* What no wrench at the end-effector explains, so no payload either: the arm's own motion with a still hand. */
+/* The part that no wrench at the end-effector explains, and so no payload: the arm's own motion with a resting hand. */
 static void unexplained_by_all(double size, double tau[N]) {
     index_t scratch;
     index_init(&scratch);
@@ -157,7 +157,7 @@ static void test_any_wrench_at_the_end_effector_is_explained_in_contact(void) {
         wrench(w, r);
         set_residual(r);
         step(INDEX_CONTACT);
-        /* Near a singularity the direction that is dropped leaks: no more than its singular value times the wrench. */
+        /* Near a singularity the dropped direction leaks at most its singular value times the wrench. */
         const double dropped = (index_state.rank < 6u) ? value_of(index_state.smallest) : 0.0;
         TEST_ASSERT_TRUE(index_state.rank >= 5u);
         ASSERT_CLOSE(0.0, size_of(index_state.unexplained), 2e-4 + 98.0 * dropped);
@@ -292,8 +292,7 @@ static void test_the_tolerance_is_where_a_direction_stops_being_explained(void) 
 static bank_t bank;
 static bank_config_t channels;
 
-/* One tick of an observer that sees the torque, of the index, and of one first-order channel with the observer's gain.
- */
+/* One tick of an observer with this torque, of the index, and of one first-order channel with the observer's gain. */
 static void tick(index_kind_t kind) {
     for (uint32_t i = 0; i < N; ++i) {
         observer.update[i] = num_of((1.0 - DECAY) * torque[i]);
@@ -502,7 +501,7 @@ static void test_the_sudden_remainder_takes_out_the_fast_components_alone(void) 
     memcpy(sudden, index_state.sudden, sizeof(sudden));
     look_at(&forces);
     TEST_ASSERT_EQUAL_MEMORY(sudden, index_state.unexplained, sizeof(sudden));
-    TEST_ASSERT_TRUE(size_of(index_state.sudden) < 1e-9); /* no fast component: nothing to look at */
+    TEST_ASSERT_TRUE(size_of(index_state.sudden) < 1e-9); /* without a fast component there is no `sudden` */
 }
 
 static void test_the_soft_projector_takes_the_acceleration_by_its_trust(void) {

@@ -22,7 +22,7 @@ static can_frame_t sync(uint16_t cycle) {
     return frame;
 }
 
-/* Ticks that the frame owes. */
+/* Ticks that the frame causes. */
 static uint32_t hear(can_frame_t frame) {
     uint32_t ticks = 0;
     lockstep_hear(&lockstep, &frame);
@@ -146,7 +146,7 @@ static void test_a_cycle_that_was_taken_for_lost_may_still_begin(void) {
 static void test_a_pause_after_the_answer_is_no_cycle(void) {
     (void)hear_sync(7u);
     (void)lockstep_complete(&lockstep);
-    (void)hear((can_frame_t){.id = 0x030u, .length = 4u}); /* a reset, asked for between two cycles */
+    (void)hear((can_frame_t){.id = 0x030u, .length = 4u}); /* a reset request between two cycles */
     TEST_ASSERT_FALSE(lockstep_silence(&lockstep));
     TEST_ASSERT_EQUAL_UINT64(7u * (uint64_t)PERIOD_US, lockstep.now_us);
 }

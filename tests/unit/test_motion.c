@@ -95,7 +95,7 @@ static double kinetic(const robot_t *robot, motion_t *scratch) {
     return energy;
 }
 
-/* Each term against another one, where no closed form is at hand: (C^T qd)_i = dT/dq_i. */
+/* Checks each term against another one where no closed form is available: (C^T qd)_i = dT/dq_i. */
 static void test_coriolis_is_the_slope_of_the_kinetic_energy(void) {
     const robot_t *const robot = &robot_ku_dex;
     const double step = 1e-2;
@@ -140,7 +140,7 @@ static void test_the_mass_matrix_is_symmetric_and_positive(void) {
     }
 }
 
-/* A point mass at the tip has the gravity torque -Jv^T m g: what a longer lever of the last link adds must agree. */
+/* A point mass at the tip has the gravity torque -Jv^T m g. The table of a longer last link must agree. */
 static void test_the_jacobian_is_the_lever_of_a_weight_at_the_tip(void) {
     robot_t robot = planar_arm(&two_links, 2);
     robot_t loaded = robot;
@@ -190,7 +190,7 @@ static void test_at_rest_there_is_gravity_only(void) {
     }
 }
 
-/* Random bits in every input: it terminates, and the sanitizers watch. */
+/* Random bits in every input: the pass terminates, under the sanitizers. */
 static void test_any_bits_are_walked_to_the_end(void) {
     robot_t robot = robot_ku_dex;
     robot.joint[2].zero_rad = NUM(1.5);

@@ -70,13 +70,13 @@ static void test_a_sum_of_products_is_rounded_once_in_fixed_point(void) {
 static void test_the_largest_sum_of_products_fits(void) {
     num_wide_t sum = num_widen(NUM(0));
     for (int t = 0; t < 8; ++t) {
-        sum += num_wide(NUM(511), NUM(63.9)); /* the sanitizer watches */
+        sum += num_wide(NUM(511), NUM(63.9)); /* the sanitizer checks for overflow */
     }
     (void)num_narrow(sum, &saturations);
     TEST_ASSERT_EQUAL(IF_FIXED(1, 0), saturations);
 }
 
-/* Every float exponent, and in fixed point every size of square from one bit on. */
+/* Every float exponent; in fixed point every size of square, from one bit up. */
 static void test_a_root_is_the_nearest_over_the_whole_range(void) {
     TEST_ASSERT_TRUE(num_root(num_widen(NUM(0))) == NUM(0));
     TEST_ASSERT_TRUE(num_root(num_wide(NUM(13), NUM(13))) == NUM(13));
@@ -121,7 +121,7 @@ static void test_a_number_over_a_root_keeps_its_bound(void) {
     TEST_ASSERT_EQUAL(0, saturations);
 }
 
-/* Within the wire's angles and far beyond; every 2^-10 of a turn's neighbourhood as well. */
+/* Angles of the wire and far beyond, and the neighbourhood of every 2^-10 of a turn. */
 static void test_sine_and_cosine_keep_their_bound_for_every_angle(void) {
     double worst = 0.0;
     random_start(55);
@@ -133,7 +133,7 @@ static void test_sine_and_cosine_keep_their_bound_for_every_angle(void) {
         worst = fmax(worst, fabs(value_of(result.cos) - cos(value_of(angle))));
     }
     for (int quarter = -20; quarter <= 20; ++quarter) {
-        for (int i = -2000; i <= 2000; ++i) { /* where the quarter changes */
+        for (int i = -2000; i <= 2000; ++i) { /* where the quarter turn changes */
             const num_t angle = num_of(quarter * 0.78539816339744831 + i * STEP);
             const num_sincos_t result = num_sincos(angle);
             worst = fmax(worst, fabs(value_of(result.sin) - sin(value_of(angle))));
@@ -175,7 +175,7 @@ static double unit_of(num_unit_t x) {
     return IF_FIXED((double)x / 1073741824.0, (double)x);
 }
 
-/* Pairs of every size and angle, in float from the smallest that is turned on. */
+/* Pairs of every size and angle; in float from the smallest that is rotated. */
 static void test_a_rotation_turns_a_pair_onto_the_first_axis(void) {
     random_start(57);
     for (int i = 0; i < DRAWS(200000); ++i) {
@@ -192,7 +192,7 @@ static void test_a_rotation_turns_a_pair_onto_the_first_axis(void) {
     TEST_ASSERT_EQUAL(0, saturations);
 }
 
-/* Of symmetric matrices as the projection has them: squares of entries up to 40. */
+/* Of symmetric matrices as in the projection: squares of entries up to 40. */
 static void test_the_smaller_eigenvalue_is_within_a_millionth_of_the_larger(void) {
     random_start(59);
     for (int i = 0; i < DRAWS(200000); ++i) {
@@ -235,7 +235,8 @@ static void test_a_shifted_rotation_goes_by_the_square_less_the_shift(void) {
     TEST_ASSERT_EQUAL(0, saturations);
 }
 
-/* A block scaled by its headroom has its largest size from 16 to 32, and comes back as it was. A float stays. */
+/* A vector scaled by its headroom has its largest size from 16 to 32, and the inverse shift restores it. In float
+ * nothing changes. */
 static void test_headroom_and_back(void) {
     random_start(58);
     TEST_ASSERT_EQUAL(0, num_headroom(NUM(0)));
@@ -253,7 +254,7 @@ static void test_headroom_and_back(void) {
     TEST_ASSERT_EQUAL(0, saturations);
 }
 
-/* What does not fit is held at the end of the range and counted; a float has nothing to count. */
+/* A result that does not fit saturates and is counted. In float nothing is counted. */
 static void test_what_does_not_fit_saturates_and_is_counted(void) {
 #ifdef TAUPERP_FIXED
     uint32_t counted = 0;
@@ -287,7 +288,7 @@ static void test_what_does_not_fit_saturates_and_is_counted(void) {
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_abs(INT32_MIN));
     TEST_ASSERT_EQUAL_INT32(NUM(511), num_from_int(INT32_MAX));
     TEST_ASSERT_EQUAL_INT32(NUM(-511), num_from_int(INT32_MIN));
-    /* The last ones that fit are not counted. */
+    /* The last results that fit are not counted. */
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_add(INT32_MAX - 1, 1, &saturations));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_subtract(-INT32_MAX, 0, &saturations));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_narrow((int64_t)INT32_MAX * 4194304, &saturations));

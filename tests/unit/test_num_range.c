@@ -1,5 +1,5 @@
-/* Sine, cosine, root and reciprocal over the whole range of the numbers: every so-manieth bit pattern from one end to
- * the other, with the bounds that num_float.h and num_fixed.h state. */
+/* Sine, cosine, root and reciprocal over the whole range of the numbers: bit patterns at equal distances from one end
+ * to the other, with the bounds in num_float.h and num_fixed.h. */
 #include "core_fixture.h"
 
 #define STEP (1.0 / 4194304.0) /* of Q9.22 */
@@ -11,7 +11,7 @@ void setUp(void) {
 }
 void tearDown(void) {}
 
-/* A prime, so that every low digit comes up; on an emulated processor wider apart. */
+/* A prime, so that every low digit occurs. On an emulated processor the distance is larger. */
 #define STRIDE (997u * SPARSER)
 
 #ifdef TAUPERP_FIXED
@@ -28,7 +28,7 @@ static void test_sine_and_cosine_of_every_angle(void) {
     TEST_ASSERT_TRUE(worst <= 0.52 * STEP);
 }
 
-/* From the smallest number on; what does not fit is held and counted, and nothing else is. */
+/* From the smallest number up. Only results that do not fit saturate and are counted. */
 static void test_the_reciprocal_of_every_number(void) {
     double worst = 0.0;
     uint32_t held = 0;
@@ -50,7 +50,7 @@ static void test_the_reciprocal_of_every_number(void) {
     TEST_ASSERT_TRUE(worst <= 0.5001 * STEP);
 }
 
-/* Of squares of every size; times the largest number that leaves the result in range. */
+/* Of squares of every size, times the largest number that keeps the result in range. */
 static void test_a_number_over_the_root_of_every_square(void) {
     double worst = 0.0;
     for (uint32_t size = 0; size < 62u; ++size) {
@@ -105,7 +105,7 @@ static void test_sine_and_cosine_of_every_angle(void) {
                 TEST_ASSERT_TRUE(fabs((double)result.sin) <= 1.0001);
                 TEST_ASSERT_TRUE(fabs((double)result.cos) <= 1.0001);
             } else {
-                /* it came back */
+                /* the sign returned */
             }
         }
     }
@@ -139,7 +139,7 @@ static void test_a_number_over_the_root_of_every_square(void) {
     TEST_ASSERT_TRUE(worst <= 1.8e-7);
 }
 
-/* To the nearest: exactly what double precision rounds to. Subnormal squares as well. */
+/* Rounded to nearest, exactly like double precision. Includes subnormal squares. */
 static void test_the_root_of_every_square(void) {
     for (uint32_t bits = 0; bits < (uint32_t)INFINITE; bits += STRIDE) {
         TEST_ASSERT_TRUE(num_root(float_of(bits)) == (float)sqrt((double)float_of(bits)));

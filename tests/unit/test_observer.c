@@ -30,7 +30,7 @@ static observer_config_t constants(double gain, double period, torque_sample_t s
     return config;
 }
 
-/* One joint's signals at time t s, all of them straight lines so that a mean over an interval is plain. */
+/* One joint's signals at time t s, all linear, so that means over an interval are exact. */
 typedef struct {
     double momentum, momentum_slope, drift, drift_slope, torque, torque_slope;
 } signals_t;
@@ -53,7 +53,7 @@ static void test_the_first_sample_only_sets_the_initial_momentum(void) {
     torque[0] = NUM(0);
     for (int k = 0; k < 100; ++k) {
         observer_step(&observer, &config, 7, &motion, torque, 1);
-        TEST_ASSERT_TRUE(observer.residual[0] == NUM(0)); /* a constant momentum, however large, is no torque */
+        TEST_ASSERT_TRUE(observer.residual[0] == NUM(0)); /* a constant momentum of any size is no torque */
     }
 }
 
@@ -132,7 +132,7 @@ static void test_a_gap_is_one_step_of_the_longer_period(void) {
     }
 }
 
-/* The mean of a ramp over the whole gap, from samples that each are a mean over one cycle. */
+/* The mean of a ramp over the whole gap, from samples that are means over one cycle each. */
 static void test_a_gap_between_mean_torques_costs_a_steady_change_nothing(void) {
     const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
     const signals_t s = {.torque = 5.0, .torque_slope = 4000.0};
@@ -172,7 +172,7 @@ static void test_a_gap_that_no_step_bridges_starts_the_observer_again(void) {
             observer_step(&observer, &config, 1, &motion, torque, 1);
         }
         TEST_ASSERT_TRUE(observer.residual[0] > NUM(5));
-        motion.momentum[0] += NUM(20); /* whatever happened meanwhile */
+        motion.momentum[0] += NUM(20); /* any change in the meantime */
         observer_step(&observer, &config, 1, &motion, torque, gaps[i]);
         TEST_ASSERT_TRUE(observer.residual[0] == NUM(0));
         TEST_ASSERT_TRUE(observer.decay == NUM(0));

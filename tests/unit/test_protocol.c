@@ -66,7 +66,7 @@ static void test_the_stop_command_outranks_every_message(void) {
     }
 }
 
-/* e2e.h: beyond 15 lost frames the counter cannot tell, so the deadline must. */
+/* e2e.h: the counter cannot distinguish more than 15 lost frames, so the deadline must. */
 static void test_every_periodic_input_times_out_before_its_counter_repeats(void) {
     for (uint32_t slot = 0; slot < PROTOCOL_RECEIVE_COUNT; ++slot) {
         const protocol_receive_t *const entry = &protocol_receive[slot];
@@ -119,7 +119,7 @@ static void test_a_guard_index_packs_any_joint_by_one_layout(void) {
     }
 }
 
-/* Every raw value there and back, against the exact value in double; num_t in steps of `step` at that size. */
+/* Every raw value to physical and back, compared with the exact value in double; num_t has steps of `step` there. */
 static void assert_scale(scale_t scale, double factor, int32_t min, int32_t max) {
     for (int32_t raw = min; raw <= max; ++raw) {
         const num_t value = scale_to_num(raw, scale);

@@ -8,8 +8,8 @@
 #define N        7u
 #define PERIOD_S 1e-3
 
-/* An arm and the same arm with a payload, told by one table with another last link: the difference of what their
- * observers see is what the payload asks for. */
+/* An arm, and the same arm with a payload as a table with another last link. The difference of their observers' inputs
+ * is the torque of the payload. */
 static robot_t loaded;
 static observer_config_t gains;
 static regressor_config_t config;
@@ -74,7 +74,7 @@ static void payload_step(double t, uint32_t gap) {
     static double momentum_before[N], drift_before[N];
     num_t update[ROBOT_MAX_JOINTS] = {NUM(0)};
     for (uint32_t i = 0; i < N; ++i) {
-        const double w = 1.5 + 0.4 * i, size = 0.25; /* the tip does about 1 m/s */
+        const double w = 1.5 + 0.4 * i, size = 0.25; /* the tip moves at about 1 m/s */
         q[i] = num_of(0.3 + 0.2 * i + size * sin(w * t));
         qd[i] = num_of(size * w * cos(w * t));
     }
@@ -108,7 +108,7 @@ static void payload_step(double t, uint32_t gap) {
             momentum[i] += mass_kg * value_of(carried.jacobian[r][i]) * v[r];
             drift[i] += mass_kg * (rate * v[r] + value_of(carried.jacobian[r][i]) * g[r]);
         }
-        /* what the observer sees of it: the change of momentum less the drift */
+        /* its input to the observer: the change of momentum minus the drift */
         update[i] = num_of(value_of(gains.momentum_gain[g0]) * (momentum[i] - momentum_before[i]) -
                            value_of(gains.gain[g0]) * 0.5 * (drift[i] + drift_before[i]));
         momentum_before[i] = momentum[i];

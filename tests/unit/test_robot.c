@@ -74,7 +74,7 @@ static void test_limits_out_of_order_are_not_valid(void) {
     TEST_ASSERT_FALSE(robot_is_valid(&other));
 }
 
-/* Each number of the table that products are summed with. */
+/* Each number of the table that enters sums of products. */
 static num_t *factor(robot_t *self, uint32_t which) {
     robot_joint_t *const joint = &self->joint[1];
     num_t *const factors[] = {&self->gravity.x,   &self->gravity.y,   &self->gravity.z,   &self->tip.x,
@@ -102,7 +102,7 @@ static void test_lengths_moments_and_inertias_stay_below_64(void) {
     TEST_ASSERT_EQUAL(17, count);
 }
 
-/* What no number is: NaN and infinity in float, the one value without an opposite in fixed point. */
+/* Values that are not numbers: NaN and infinity in float, the value without a negative in fixed point. */
 static void test_what_is_not_a_number_is_not_valid(void) {
 #ifdef TAUPERP_FIXED
     const num_t bad[] = {INT32_MIN};

@@ -1,4 +1,4 @@
-/* What is taken off a measured torque before anything else sees it. */
+/* The correction of a measured torque before any other use. */
 #include "sensor.h"
 
 #include "core_fixture.h"

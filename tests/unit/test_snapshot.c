@@ -150,7 +150,7 @@ static void test_the_gap_counts_cycles_since_the_last_snapshot_that_was_taken(vo
     snapshot_begin(&snapshot, 102);
     (void)reading(0, 102); /* the others are lost */
     TEST_ASSERT_EQUAL_UINT(2, take(103));
-    complete(104); /* complete, but nobody took it */
+    complete(104); /* complete, but not taken */
     TEST_ASSERT_EQUAL_UINT(2, take(105));
     TEST_ASSERT_EQUAL_UINT(4, take(109)); /* three Syncs are lost */
 }
@@ -183,7 +183,7 @@ static void test_a_corrupt_state_is_not_valid(void) {
     corrupt[3].received = 0x3Fu;   /* taken without having been complete */
     corrupt[4].taken_cycle = 4u;   /* taken, but not this cycle */
     corrupt[5].referenced = false; /* taken, but never was */
-    corrupt[6].begun = false;      /* readings of no cycle */
+    corrupt[6].begun = false;      /* readings without a cycle */
     for (uint32_t i = 0; i < 7u; ++i) {
         TEST_ASSERT_FALSE(snapshot_is_valid(&corrupt[i]));
     }

@@ -90,13 +90,13 @@ static void test_the_first_columns_alone_are_a_projection_of_their_own(void) {
         step(3u, 0.01);
         soft_reject(&soft, torque, alone, 0u, NULL);
         TEST_ASSERT_EQUAL_MEMORY(alone, part, N * sizeof(num_t));
-        soft_reject(&soft, torque, all, 3u, part); /* all of them are the first */
+        soft_reject(&soft, torque, all, 3u, part); /* the first columns are all columns */
         TEST_ASSERT_EQUAL_MEMORY(alone, part, N * sizeof(num_t));
         TEST_ASSERT_EQUAL_MEMORY(alone, all, N * sizeof(num_t));
     }
 }
 
-/* Two columns at an angle that goes to zero and back: the rank falls to one and comes back. */
+/* Two columns at an angle that goes to zero and back: the rank drops to one and returns. */
 static void test_the_index_is_continuous_through_a_change_of_rank(void) {
     const double s = 0.005, force = 60.0;
     double before = 0.0;

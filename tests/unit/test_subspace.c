@@ -92,7 +92,7 @@ static void assert_identity(uint32_t n) {
     }
 }
 
-/* Of all singular values, by a measurement beside the step; the step's own smallest fits to them. */
+/* All singular values, measured beside the step. The step's own smallest must agree with them. */
 static void measure(uint32_t n, uint32_t k, double tolerance) {
     subspace_t apart;
     subspace_init(&apart);
@@ -126,7 +126,7 @@ static void test_full_rank_leaves_the_complement(void) {
             step(7, k, 0.005);
             TEST_ASSERT_TRUE(subspace.converged);
             TEST_ASSERT_EQUAL(k, subspace.rank);
-            ASSERT_CLOSE(0.0, projector_error(7, k, left), 2e-5); /* of which the entries' rounding is most */
+            ASSERT_CLOSE(0.0, projector_error(7, k, left), 2e-5); /* mostly the rounding of the entries */
             measure(7, k, 0.005);
             for (uint32_t s = 0; s < k; ++s) {
                 TEST_ASSERT_TRUE(has_singular(sigma[s], 3e-6));
@@ -147,7 +147,7 @@ static void test_the_tolerance_decides_which_directions_count(void) {
             step(7, 6, tolerance[t]);
             TEST_ASSERT_TRUE(subspace.converged);
             TEST_ASSERT_EQUAL(rank[t], subspace.rank);
-            /* A direction is known as well as the gap to its neighbours lets it. */
+            /* The accuracy of a direction depends on the gap to its neighbours. */
             ASSERT_CLOSE(0.0, projector_error(7, rank[t], left), IF_FIXED(1.5e-3, 8e-4));
             measure(7, 6, tolerance[t]);
         }
@@ -325,7 +325,7 @@ static void test_tiny_columns_are_as_nothing(void) {
     }
 }
 
-/* What rounding leaves of a zero column must not bend what the others span: its square has no exact float. */
+/* The rounding residue of a zero column must not change the span of the others: its square has no exact float. */
 static void test_vanishing_columns_beside_good_ones_change_nothing(void) {
     const double sigma[] = {1.0, 0.4};
     double left[N][N];
@@ -347,7 +347,7 @@ static void test_vanishing_columns_beside_good_ones_change_nothing(void) {
     }
 }
 
-/* NaN and infinity in any place. Fixed point has neither: there, any bits are numbers and give a projector. */
+/* NaN and infinity at any place. Fixed point has neither: any bits are numbers and give a projector. */
 static void test_what_is_not_a_number_explains_nothing(void) {
 #ifndef TAUPERP_FIXED
     const num_t bad[] = {NAN, INFINITY, -INFINITY};
@@ -417,7 +417,7 @@ static void test_the_torque_may_be_rejected_in_place(void) {
     TEST_ASSERT_EQUAL_MEMORY(apart, tau, 7 * sizeof(num_t));
 }
 
-/* The bound that the worst tick rests on, and how many of all the matrices need more. */
+/* The bound of the longest tick, and how many of all matrices need more. */
 static void test_the_sweeps_are_bounded_and_nearly_always_enough(void) {
     uint32_t unconverged = 0, total = 0;
     random_start(45);

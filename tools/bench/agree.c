@@ -1,11 +1,11 @@
-/* agree: do the peers compute what we compute? Over the states of stages.c, by the largest difference relative to the
- * largest entry (or to 1, where that is smaller), in parts per million:
+/* agree: compares the peers' results with ours over the states of stages.c. It prints the largest difference relative
+ * to the largest entry (or to 1, if that is smaller), in parts per million:
  *
  *     agree PEER QUANTITY STATES PPM
  *
- * A quantity of the motion over all states; an index, from the same residual, over those where each singular value is
- * above CLEAR times the tolerance or below 1 / ABSENT of it: in between, methods may rightly differ about the rank, and
- * a QR drops a direction that is only nearly the singular one.
+ * Quantities of the motion are compared at all states. An index, from the same residual, is compared where each
+ * singular value is above CLEAR times the tolerance or below 1 / ABSENT of it. In between, methods may legitimately
+ * differ about the rank, and a QR drops a direction that is only nearly the singular one.
  */
 #include "config.h"
 #include "peer.h"

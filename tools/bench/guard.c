@@ -1,8 +1,8 @@
-/* guard: the instructions of a whole cycle (frames in, tick, answers out), the stack that it touches, and its memory.
+/* guard: the instructions of a whole cycle (frames in, tick, answers out), its stack use, and its memory.
  *
- * Each random state gets a guard that permits, and moves on for CYCLES cycles with the torque that this motion takes,
- * so that the guard permits it as it does on most of its ticks. MEASURED of them are counted; in the others, the first
- * and the last among them, the stack is painted and looked at. Tasks take turns.
+ * Each random state starts a guard that permits motion, and moves on for CYCLES cycles with the torque of this motion.
+ * The guard thus permits it, as on most of its ticks. MEASURED cycles are counted. In the others, among them the first
+ * and the last, the stack is painted and inspected. Tasks alternate.
  */
 #include "guard.h"
 
@@ -21,13 +21,13 @@
 extern const guard_config_t board_config;
 
 static guard_config_t config;
-static guard_t fresh; /* after guard_init, which takes long and is not counted */
+static guard_t fresh; /* after guard_init, which is slow and not counted */
 static guard_t guard;
 static guard_output_t out;
 static cycle_frames_t frames;
 static motion_t before, now;
 
-/* What the joints' sensors read while the arm moves from `before` to `now` and nothing touches it. */
+/* Readings of the joints' sensors while the arm moves from `before` to `now` without a contact. */
 static void undisturbed_torque(bench_state_t *state, bool first) {
     uint32_t saturations = 0;
     const num_t rate = num_from_int((int32_t)(1000000u / config.period_us / 10u));

@@ -1,7 +1,7 @@
-/* host: what the counting programs take from a board, on the host under Valgrind's Callgrind.
+/* host: the counting programs' board functions, on the host under Valgrind's Callgrind.
  *
- * Callgrind counts every instruction that it executes and appends what came since the last dump to a file whenever the
- * program asks; its last line is the sum, and that is read back at once. Without Callgrind nothing is counted.
+ * Callgrind counts every instruction. On the program's request it appends the count since the last dump to a file; the
+ * last line is the sum, which is read back at once. Without Callgrind nothing is counted.
  */
 #include <fcntl.h>
 #include <stdlib.h>
@@ -31,7 +31,7 @@ void counter_init(void) {
     }
 }
 
-/* "totals: N" at the end of the file, which is emptied so that it does not grow by a gigabyte. */
+/* "totals: N" at the end of the file. The file is truncated, or it would grow by a gigabyte. */
 static uint32_t last_total(void) {
     char tail[TAIL_BYTES + 1u] = {0};
     const off_t end = lseek(dumps, 0, SEEK_END);

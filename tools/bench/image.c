@@ -1,4 +1,4 @@
-/* image: the firmware with one robot's table and nothing of a board, for its size. */
+/* image: the firmware with one robot's table and without a board, to measure its size. */
 #include "guard.h"
 
 extern const guard_config_t board_config;

@@ -1,8 +1,8 @@
-/* peer: what a user would take instead of our core, in place of its two functions that cost: motion_step by CasADi's
- * generated C or by Pinocchio, index_step by Eigen's singular value decomposition or its pivoted QR.
+/* peer: the alternatives to our core, in place of its two expensive functions: motion_step by CasADi's generated C or
+ * by Pinocchio, index_step by Eigen's singular value decomposition or its pivoted QR.
  *
- * The observer, the detector and, in a whole tick, the guard around them are ours. The peers project and no more: they
- * do not estimate what is explained, so no limit holds it. Float only.
+ * The observer, the detector and, in a whole tick, the guard around them are ours. The peers only project: they do not
+ * estimate what is explained, so no limit applies to it. Float only.
  */
 #ifndef TAUPERP_BENCH_PEER_H
 #define TAUPERP_BENCH_PEER_H

@@ -1,4 +1,4 @@
-/* index_step by way of a peer's projection, and of the fields that the guard reads afterwards. */
+/* index_step with a peer's projection, and the fields that the guard reads afterwards. */
 #include <string.h>
 
 #include "peer.h"
@@ -10,7 +10,7 @@ static const float *torque_of(const subspace_config_t *config, const observer_t 
 
 static void finish(index_t *self, const index_config_t *row, const regressor_t *regressor, unsigned rank) {
     self->token = token_next(regressor->token, TOKEN_INDEX, 0u);
-    self->columns = 0; /* what is explained has no limits here */
+    self->columns = 0; /* no limits on what is explained */
 
     self->kind = row->kind;
     self->rank = rank;
@@ -69,8 +69,7 @@ void peer_pinocchio_motion_step(motion_t *self, const robot_t *robot, const floa
 
 #include "semihosting.h"
 
-/* Eigen's code for large matrices is linked, but matrices of fixed size must not need it: an image that allocates ends.
- */
+/* Eigen's code for large matrices is linked, but fixed-size matrices must not use it: an image that allocates ends. */
 void *malloc(size_t bytes);
 void free(void *block);
 

@@ -12,7 +12,7 @@ void tally_add(tally_t *self, uint32_t instructions) {
     ++self->count;
 }
 
-/* One path for the beginning and the end, so that every stretch has the same overhead. */
+/* The same path at the start and the end, so that every section has the same overhead. */
 __attribute__((noinline, noclone)) static uint32_t since_last(void) {
     const uint32_t now = counter_read();
     const uint32_t instructions = counter_instructions(started, now);

@@ -18,8 +18,8 @@ typedef struct {
 
 void tally_add(tally_t *self, uint32_t instructions);
 
-/* Stretches of code, each from the begin or from the end of the one before it to its own end; the cost of looking at
- * the counter is taken out. */
+/* Sections of code, each from the start, or from the end of the previous one, to its own end. The cost of reading the
+ * counter is subtracted. */
 void stretch_init(void);
 void stretch_begin(void);
 uint32_t stretch_end(void);

@@ -1,10 +1,10 @@
-/* states: random states of the arm for the instruction counts, those at which the Jacobian loses rank among them.
+/* states: random states of the arm for the instruction counts, including states at which the Jacobian loses rank.
  *
- * A third of the states are plain random ones. In the others each joint is, with even odds, at a multiple of a quarter
- * turn: arms with aligned or folded axes, of rank 3 to 6. Half of those are off by up to 1e-4 or 1e-2 rad, next to the
- * singularity but not in it. Velocities reach the table's limit, every eighth state stands still. The desired
- * acceleration is random up to 8 m/s^2, or zero, or parallel to gravity. Every second state is the one before it a
- * cycle later, as the states of an arm in motion are; the others are a jump away.
+ * A third of the states are purely random. In the others each joint is, with probability one half, at a multiple of a
+ * quarter turn: arms with aligned or folded axes, of rank 3 to 6. Half of those deviate by up to 1e-4 or 1e-2 rad: near
+ * the singularity but not in it. Velocities reach the table's limit, and every eighth state stands still. The desired
+ * acceleration is random up to 8 m/s^2, or zero, or parallel to gravity. Every second state is the previous one a cycle
+ * later, as in motion; the others are a jump away.
  */
 #ifndef TAUPERP_BENCH_STATES_H
 #define TAUPERP_BENCH_STATES_H
@@ -24,7 +24,7 @@ void states_jump(bench_state_t *self, const guard_config_t *config, random_t *ra
 /* Advances by one period; joints that would leave their range reverse. */
 void states_advance(bench_state_t *self, const guard_config_t *config, random_t *random);
 
-/* State number `index` from the one before it: a jump for an even one. True for a jump. */
+/* State number `index` from the previous one: a jump for an even number. True for a jump. */
 bool states_next(bench_state_t *self, const guard_config_t *config, random_t *random, uint32_t index);
 
 #endif

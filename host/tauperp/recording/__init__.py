@@ -1,4 +1,4 @@
-"""Recordings of a real robot, read from tables and sent through the same firmware."""
+"""Recordings of a real robot: tables that are read and sent through the same firmware."""
 
 from tauperp.recording.offsets import Offsets, find_offsets
 from tauperp.recording.playback import Playback, Trip, play

@@ -1,4 +1,4 @@
-"""Why an input stopped the guard: the quantity, its value and the limit that it is beyond."""
+"""Why an input stopped the guard: the quantity, its value, and the limit that it exceeds."""
 
 from tauperp.firmware import Reason, Verdict
 from tauperp.recording.recording import FloatArray
@@ -6,7 +6,8 @@ from tauperp.robot import Robot
 
 
 def cause_of(verdict: Verdict, robot: Robot, samples: FloatArray) -> str:
-    """Of a trip for an input of a joint, from the readings (n, 3) rad, rad/s, Nm that were sent; "" for any other."""
+    """Cause of a trip for an input of a joint, from the readings (n, 3) rad, rad/s, Nm that were sent. "" for any other
+    trip."""
     if verdict.reason != Reason.INPUT_RANGE or not 1 <= verdict.joint <= robot.n:
         return ""
     joint = robot.joints[verdict.joint - 1]

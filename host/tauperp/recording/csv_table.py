@@ -1,7 +1,7 @@
-"""Rows of a .csv file as programs really write it: separator, decimal comma, text before the names, empty lines.
+"""Rows of a .csv file as real programs write it: any separator, decimal comma, text before the names, empty lines.
 
-The line with the names is the first that holds every column that is asked for, by one of the separators; a `#` before
-it is no part of it. Rows with none of the readings belong to something else and are counted, not refused.
+The line with the names is the first that holds every requested column, for one of the separators. A `#` before it is
+ignored. Rows without any reading are not part of the recording; they are counted, not refused.
 """
 
 import codecs
@@ -38,7 +38,7 @@ _WORDS = {"true": "1", "false": "0", "yes": "1", "no": "0"}
 
 @dataclass
 class Skipped:
-    """What a reader passed over; for a person, and to find a row's line again."""
+    """Content that a reader ignored, for the report, and the line of each row."""
 
     rows: int = 0  # without any of the readings
     units: bool = False  # a line of units under the names
@@ -53,7 +53,7 @@ class _Head:
 
 
 def has_column(path: Path, columns: ColumnMap, name: str) -> bool:
-    """Whether there is such a column. False for what cannot be read: its reader says why."""
+    """Whether such a column exists. False for a file that cannot be read: its reader reports why."""
     try:
         with path.open("rb") as raw:
             return name in _find_head(path, _first_lines(_text(raw, path)), columns).names
@@ -79,7 +79,7 @@ def csv_blocks(path: Path, columns: ColumnMap, label: Column | None, skipped: Sk
 
 
 def _text(raw: IO[bytes], path: Path) -> io.TextIOWrapper:
-    """The characters: UTF-16 by its mark, UTF-8, or what is no UTF-8 in its first 64 kB as Windows' Western one."""
+    """The text: UTF-16 by its mark, UTF-8, or Windows' Western encoding if the first 64 kB are not UTF-8."""
     packed = raw.read(2) == _GZIP_MAGIC
     raw.seek(0)
     stream = cast(IO[bytes], gzip.GzipFile(fileobj=raw) if packed else raw)
@@ -101,18 +101,18 @@ def _text(raw: IO[bytes], path: Path) -> io.TextIOWrapper:
 
 
 def _start(stream: IO[bytes]) -> bytes:
-    """The first bytes, as far as a file that is cut or broken has them."""
+    """The first bytes, as far as a truncated or broken file has them."""
     start = b""
     try:
         while len(start) < _HEAD_BYTES and (piece := stream.read(_PIECE_BYTES)):
             start += piece
     except (EOFError, zlib.error, gzip.BadGzipFile):
-        pass  # the reader meets it again and reports it
+        pass  # the reader gets the same error again and reports it
     return start
 
 
 def _first_lines(text: io.TextIOWrapper) -> Iterator[str]:
-    """As many lines as text before the names may have."""
+    """The lines that may precede the names."""
     for _ in range(_HEAD_LINES):
         line = text.readline()
         if not line:
@@ -121,7 +121,7 @@ def _first_lines(text: io.TextIOWrapper) -> Iterator[str]:
 
 
 def _kept(lines: Iterator[str]) -> Iterator[str]:
-    """Comments as empty lines, so that the count of lines stays true."""
+    """Comments as empty lines, so that line numbers stay correct."""
     return ("\n" if line.startswith("#") else line for line in lines)
 
 
@@ -261,7 +261,7 @@ def _is_there(cell: str) -> bool:
 
 
 def _are_words(cells: list[str]) -> bool:
-    """True for a line of units: letters where numbers should be."""
+    """True for a line of units: letters instead of numbers."""
     return all(not _is_number(cell.replace(",", ".")) and any(x.isalpha() for x in cell) for cell in cells)
 
 

@@ -1,8 +1,8 @@
 """Rows from an .mcap file with messages in JSON or in ROS 2's CDR.
 
-The topic of the first position column makes the rows: each of its messages is one. A column of another topic has the
-value of that topic's newest message before it; messages that come before every topic was heard are left out. Where a
-message has a list `name` beside a list of values, as sensor_msgs/JointState, each joint's value is the one of its name.
+Each message on the topic of the first position column is one row. A column of another topic has the value of that
+topic's newest message before it. Messages before every topic has sent one are left out. If a message has a list `name`
+beside a list of values, as sensor_msgs/JointState does, each joint's value is found by its name.
 """
 
 import array
@@ -61,7 +61,7 @@ def mcap_blocks(path: Path, columns: ColumnMap, label: Column | None, skipped: S
 
 @dataclass(frozen=True)
 class _Source:
-    """Where a column's values are: a field of a topic's messages, or a message's own time."""
+    """Place of a column's values: a field of a topic's messages, or a message's own time."""
 
     column: Column
     topic: str  # empty: the stamps of the message that makes the row
@@ -109,7 +109,7 @@ class _Source:
 
 
 def _member(value: Any, name: str) -> Any:
-    """A member of a JSON object or of a decoded message; lists as lists; None if there is none."""
+    """A member of a JSON object or of a decoded message. Lists stay lists. None if it does not exist."""
     if isinstance(value, dict):
         return value.get(name)
     found = None if name.startswith("_") else getattr(value, name, None)
@@ -119,7 +119,7 @@ def _member(value: Any, name: str) -> Any:
 
 
 def _decoder(path: Path, channel: Any, schema: Any) -> Callable[[bytes], Any]:
-    """What makes an object of a message's bytes. Raises InputError for another encoding, or without its package."""
+    """The decoder of a message's bytes. Raises InputError for another encoding, or if its package is missing."""
     encoding = channel.message_encoding
     if encoding == "json":
         return json.loads
@@ -162,7 +162,7 @@ def _messages(path: Path, topics: set[str]) -> Iterator[tuple[str, dict[str, int
                 elif isinstance(record, Message) and record.channel_id in channels:
                     topic, decode = channels[record.channel_id]
                     content = decode(record.data)
-                    # Since 1970 they are more nanoseconds than a float tells apart.
+                    # since 1970, nanoseconds do not fit into a float
                     begin_ns = record.log_time if begin_ns is None else begin_ns
                     stamps = {
                         "log_time": record.log_time - begin_ns,

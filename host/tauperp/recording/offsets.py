@@ -1,15 +1,15 @@
-"""What the joints' torque sensors read besides the torque of the link, and where the number comes from.
+"""Offset and friction of the joints' torque sensors, and the source of these numbers.
 
-    calibration  the configuration has it (`[sensor]`, by `tauperp calibrate`): the firmware takes it off
+    calibration  from the configuration (`[sensor]`, by `tauperp calibrate`): the firmware subtracts it
     rest         mean of measured minus gravity torque where the arm first rests for a second, untouched
     regression   offsets, friction and an unknown payload together, by least squares over the file's own motion
     FILE         a configuration with [sensor], or a recording of the arm at rest, unloaded
     zero         none
 
-By default: the calibration's if there is one, else those of a rest, else zero. The mean over a rest also takes away
-what the model has wrong in that pose, a payload in the gripper included. Such offsets are wrong in every other pose: on
-a real arm the index of the payload task then stood above its threshold 77 % of the time instead of 7 %. So a rest whose
-torque looks like a payload gives none.
+The default is the calibration's if there is one, else those of a rest, else zero. The mean over a rest also removes the
+model's error in that pose, including a payload in the gripper. Such offsets are wrong in every other pose: on a real
+arm the index of the payload task was then above its threshold for 77 % of the time instead of 7 %. A rest whose torque
+looks like a payload is therefore refused.
 """
 
 import dataclasses
@@ -30,21 +30,21 @@ CHOICES = (CALIBRATION, REST, REGRESSION, ZERO)
 
 REST_S = 1.0
 REST_RAD_S = 0.05
-STEADY_NM = 0.5  # largest change of the mean torque from one WINDOW_S to another in a rest that nobody touches
+STEADY_NM = 0.5  # largest change of the mean torque between two windows of WINDOW_S in an untouched rest
 WINDOW_S = 0.25
-FRICTION_RAD_S = 0.05  # from this speed on Coulomb friction is all there
+FRICTION_RAD_S = 0.05  # from this speed on, Coulomb friction has its full value
 PAYLOAD_KG = 0.3  # an apparent payload from which a rest is refused
-PAYLOAD_SHARE = 0.8  # of the offsets' squares that it explains
-PAYLOAD_NM = 1.5  # and the largest offset: below, any sensor may read so much
+PAYLOAD_SHARE = 0.8  # share of the offsets' squares that it explains
+PAYLOAD_NM = 1.5  # and the largest offset; any sensor may read less than this
 REGRESSION_ROWS = 600
 REGRESSION_S = 5.0  # of motion
-LARGEST_CONDITION = 30.0  # of the regressors, scaled: beyond, payload and offsets cannot be told apart
+LARGEST_CONDITION = 30.0  # condition of the scaled regressors; above it payload and offsets cannot be separated
 SMOOTHING_S = 0.03
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Offsets:
-    """(n,) Nm subtracted from the measured torque before it is sent, and the text that the report gives."""
+    """(n,) Nm, subtracted from the measured torque before it is sent, and the text for the report."""
 
     nm: FloatArray
     source: str  # one of CHOICES, or the file's name
@@ -56,9 +56,9 @@ class Offsets:
 
 
 def find_offsets(recording: Recording, configuration: Configuration, choice: str | None = None) -> Offsets:
-    """The offsets of a recording by one of CHOICES, a file, or None for the first one that there is.
+    """The offsets of a recording by one of CHOICES, a file, or None for the first available one.
 
-    Raises InputError if the choice gives none, and for a rest that looks like a payload whatever the choice.
+    Raises InputError if the choice gives none, and for a rest that looks like a payload.
     """
     n = configuration.robot.n
     nothing = np.zeros(n)
@@ -188,7 +188,7 @@ def _by_regression(recording: Recording, robot: Robot) -> Offsets:
 
 
 def conditioned(columns: FloatArray) -> bool:
-    """Whether the regressors (k, columns) differ enough to be told apart: those of offsets and of a payload."""
+    """Whether the regressors (k, columns) differ enough to separate offsets from a payload."""
     used = columns[:, _used(columns)]
     return float(np.linalg.cond(used / np.linalg.norm(used, axis=0))) <= LARGEST_CONDITION
 
@@ -208,7 +208,7 @@ def _smooth(values: FloatArray, window: int) -> FloatArray:
 
 
 def weights(dynamics: Dynamics, posture: npt.NDArray[np.float64], gravity: FloatArray) -> FloatArray:
-    """Torque (n, 4) that carries 1 kg, and 1 kg m along each axis of the last link, at the end-effector point."""
+    """Torque (n, 4) for 1 kg, and for 1 kg m along each axis of the last link, at the end-effector point."""
     jacobian = dynamics.jacobian(posture)
     rotation = dynamics.tip(posture)[1]
     moments = [np.cross(rotation[:, axis], gravity) for axis in range(3)]

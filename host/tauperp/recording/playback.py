@@ -1,15 +1,15 @@
-"""A recording as bus frames through the firmware's guard, one row a cycle.
+"""A recording as bus frames through the firmware's guard, one row per cycle.
 
-Every row becomes one cycle at the recording's median period: Sync, TaskCommand, the joints' frames with their E2E
-protection, and a tick. A row that only repeats the sample before (a logger that is faster than its sensor) is sent as
-it is, as such a robot's driver would send it. The torque is a sample at the Sync, not a mean since the last one.
-Cycles that the logger lost are interpolated, or a new guard starts behind them (`tauperp.recording.timeline`).
+Every row becomes one cycle at the recording's median period: Sync, TaskCommand, the joints' frames with E2E protection,
+and a tick. A row that repeats the previous sample (a logger that is faster than its sensor) is sent unchanged, as the
+driver of such a robot would send it. The torque is a sample at the Sync, not a mean since the last one. Cycles that the
+logger lost are interpolated, or a new guard starts after them (`tauperp.recording.timeline`).
 
-The torque sensors' offsets are taken off on the host, where a joint's own electronics would (`offsets`), or by the
-firmware if its configuration has them.
+The host subtracts the torque sensors' offsets, as a joint's electronics would (`offsets`); or the firmware does, if its
+configuration has them.
 
-After the start and after a trip the robot's controller asks for a reset in every other cycle. The guard grants it when
-its inputs have been good and the index below the thresholds for the configured time; labels have no part in it.
+After the start and after a trip the robot's controller requests a reset in every other cycle. The guard grants it when
+its inputs were good and the index below the thresholds for the configured time. The labels have no influence.
 """
 
 import dataclasses
@@ -51,7 +51,7 @@ class Trip:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Playback:
-    """What the guard made of a recording, row by row."""
+    """The guard's output for a recording, row by row."""
 
     recording: Recording
     configuration: Configuration  # at the recording's rate
@@ -60,16 +60,16 @@ class Playback:
     timeline: Timeline
     residual: FloatArray  # (m, n) Nm
     index: FloatArray  # (m, n) Nm, in the channel that is nearest to its threshold
-    threshold: FloatArray  # (m, n) Nm, in force there; 0 without a task in force
+    threshold: FloatArray  # (m, n) Nm, threshold in force in that channel; 0 without an active task
     evaluated: npt.NDArray[np.bool_]  # (m,) the row went through every stage
     permitted: npt.NDArray[np.bool_]  # (m,)
     reason: npt.NDArray[np.int64]  # (m,) Reason
     trips: tuple[Trip, ...]
-    counters: dict[str, int]  # of all guards that ran one after the other
+    counters: dict[str, int]  # of all guards that ran, one after the other
 
     @property
     def offset_nm(self) -> FloatArray:
-        """(n,) taken off the measured torque before it was sent."""
+        """(n,) subtracted from the measured torque before it was sent."""
         return self.offsets.nm
 
 
@@ -83,11 +83,11 @@ def play(
     bridge_ms: float = BRIDGE_MS,
     watch: Watch | None = None,
 ) -> Playback:
-    """Send a recording through the guard, which runs at the recording's rate instead of the configuration's.
+    """Send a recording through the guard, at the recording's rate instead of the configuration's.
 
-    offsets    where the torque sensors' offsets come from (`find_offsets`)
+    offsets    source of the torque sensors' offsets (`find_offsets`)
     bridge_ms  the longest gap between two rows that is interpolated
-    watch      sees every row, on an arm that stands as the recorded one did
+    watch      receives every row, with the arm in the recorded pose
 
     Raises InputError for a row that the wire cannot carry, and for what `find_offsets` refuses.
     """
@@ -104,7 +104,7 @@ def play(
 
 
 def at_rate_of(recording: Recording, configuration: Configuration) -> Configuration:
-    """As CAN FD where frames of that rate do not fit onto a classic bus: what is in them is the same."""
+    """With CAN FD if frames at that rate do not fit onto a classic bus. Their content is the same."""
     rate_hz = 1e6 / recording.period_us
     form = configuration.settings.wire.format
     if worst_case_load(configuration.wire, joints=configuration.robot.n, rate_hz=rate_hz, fd=False) > LOAD_LIMIT:
@@ -120,7 +120,7 @@ def at_rate_of(recording: Recording, configuration: Configuration) -> Configurat
 
 
 class _Player:
-    """One guard after another over the parts of a recording, and what they said of each row."""
+    """One guard after another over the parts of a recording, and their output for each row."""
 
     def __init__(
         self,
@@ -218,7 +218,7 @@ class _Player:
 
 
 class _Bus:
-    """Everything that the robot puts on the bus: its controller's frames and its joints'."""
+    """All frames of the robot: its controller's and its joints'."""
 
     def __init__(self, recording: Recording, configuration: Configuration, task: TaskName) -> None:
         self._sender = Sender(configuration.wire, fd=configuration.settings.wire.format == "fd")
@@ -233,7 +233,7 @@ class _Bus:
         """
         own = self._recording.acceleration
         acceleration = dict(zip(_AXES, (0.0, 0.0, 0.0) if own is None else own[row].tolist(), strict=True))
-        # An edge of Request needs a 0 first; the next try comes two cycles later, until the guard grants it.
+        # An edge of Request needs a 0 first. The next attempt comes two cycles later, until the guard grants it.
         reset = {"Request": int(asked_for is not None and cycle % 2 == 1), "TripNumber": asked_for or 0}
         try:
             frame = self._sender.frame

@@ -1,6 +1,6 @@
 """A recording of a real arm: its joints' readings row by row, and when a person touched it.
 
-Torque is the measured link-side one with the sign of the gravity torque. Where it comes from: tauperp.recording.tables.
+Torque is measured on the link side, with the sign of the gravity torque. tauperp.recording.tables reads it.
 """
 
 import dataclasses
@@ -35,11 +35,11 @@ class Recording:
     qd: FloatArray  # (m, n) rad/s
     tau: FloatArray  # (m, n) Nm
     touched: npt.NDArray[np.bool_] | None  # (m,); None without labels
-    damage: str | None = None  # why the file could not be read beyond the last row
+    damage: str | None = None  # why the file could not be read after the last row
     line_by_line: bool = True  # a row is a line of the file
     acceleration: FloatArray | None = None  # (m, 3) m/s2, of the end-effector as commanded, base frame
     where: IntArray | None = None  # (m,) each row's line or number in the file, from 1; None: the names, then all rows
-    notes: tuple[str, ...] = ()  # what was passed over or changed, for a person
+    notes: tuple[str, ...] = ()  # notes for the user: what was ignored or changed
     time_column: str = "time"
 
     @property
@@ -48,7 +48,7 @@ class Recording:
         return round(float(np.median(np.diff(self.time_s))) * 1e6)
 
     def place(self, row: int) -> str:
-        """Where a row is in the file, for a message."""
+        """Place of a row in the file, for a message."""
         first = 2 if self.line_by_line else 1
         number = row + first if self.where is None else int(self.where[row])
         return place_of(self.path, number, self.line_by_line)
@@ -70,5 +70,5 @@ class Recording:
 
 
 def place_of(path: Path, number: int, line_by_line: bool) -> str:
-    """Where a row is: its line in a file of lines, or its number, both from 1."""
+    """Place of a row: its line in a text file, or its number, both from 1."""
     return f"{path}:{number}" if line_by_line else f"{path}: row {number}"

@@ -1,4 +1,4 @@
-"""What scored recordings leave: JSON and a table for the terminal."""
+"""Results of scored recordings: JSON and a table for the terminal."""
 
 import dataclasses
 from typing import Any
@@ -12,7 +12,7 @@ from tauperp.recording.score import Score, faults, median_latency_ms
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Scored:
-    """One recording that was played, and what was found out about its columns on the way."""
+    """One recording that was played, and the check of its columns."""
 
     playback: Playback
     score: Score

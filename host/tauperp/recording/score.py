@@ -1,9 +1,9 @@
-"""What a played recording says about the guard: touches found and missed, alarms while nobody touched the arm, and how
-much was tested at all.
+"""The score of a played recording: touches found and missed, alarms while nobody touched the arm, and how much was
+tested.
 
-A guard that is stopped finds nothing and raises no alarm. So every score says for which share of the time the guard
-permitted motion, for which share the index was above its threshold (which does not depend on the latch), and which
-touches met a guard that was still stopped. A recording in which nothing was tested is not good.
+A stopped guard finds nothing and raises no alarm. Every score therefore states the share of time in which the guard
+permitted motion, the share in which the index was above its threshold (independent of the latch), and the touches
+during which the guard was still stopped. A recording in which nothing was tested is not good.
 """
 
 import dataclasses
@@ -31,18 +31,18 @@ CONTACT = (
 
 @dataclasses.dataclass(frozen=True)
 class Untested:
-    """A touch that began and ended while the guard did not permit motion, and why it did not."""
+    """A touch during which the guard did not permit motion, and why it did not."""
 
     touch: Touch
     reason: Reason
-    since_s: float  # of the stop, or of the recording's beginning
+    since_s: float  # of the stop, or of the start of the recording
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Score:
-    """A touch is found by a trip for a contact while it lasts. Any other trip is an alarm, or, if an input was at fault
-    and no index, an input stop. Without labels every trip for a contact is an alarm. The untested are among the missed.
-    """
+    """A touch is found by a trip for a contact while it lasts. Any other trip is an alarm; or an input stop, if an
+    input was the cause and not the index. Without labels every trip for a contact is an alarm. Untested touches are
+    among the missed ones."""
 
     found: tuple[tuple[Touch, Trip], ...]
     missed: tuple[Touch, ...]
@@ -55,7 +55,7 @@ class Score:
     judged_s: float  # of it, from AFTER_TOUCH_S behind a touch, that every stage evaluated
     largest_index_nm: FloatArray  # (n,) in judged_s
     largest_share: FloatArray  # (n,) of the threshold in force, in judged_s
-    waited_for: Reason  # why there was no permission for most of the untouched time without one; NONE if there was
+    waited_for: Reason  # main reason of missing permission in the untouched time; NONE if there was none
 
     @property
     def touches(self) -> int:
@@ -71,7 +71,7 @@ class Score:
 
     @property
     def faults(self) -> list[str]:
-        """Why the verdict on this recording alone is bad, apart from missed touches; none if it is good."""
+        """Why the verdict on this recording alone is bad, apart from missed touches; empty if it is good."""
         said = []
         if self.permitted_s == 0:
             said.append(f"nothing was tested: the guard never permitted motion ({self.waited_for.name})")
@@ -177,7 +177,7 @@ def _lengths_s(time_s: FloatArray, period_us: int) -> FloatArray:
 
 
 def _untouched(playback: Playback) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Rows in which nobody touches the arm; and those of them in which the index says so too, if it is right."""
+    """Rows in which nobody touches the arm; and those of them in which a correct index must show it."""
     recording = playback.recording
     idle = np.ones(len(recording.time_s), bool) if recording.touched is None else ~recording.touched
     judged = idle & playback.evaluated & (playback.threshold > 0).all(axis=1)
@@ -191,7 +191,7 @@ def _untouched(playback: Playback) -> tuple[npt.NDArray[np.bool_], npt.NDArray[n
 
 
 def _untested(playback: Playback, touch: Touch) -> Untested | None:
-    """None if the guard permitted motion when the touch began or at any time in it."""
+    """None if the guard permitted motion at the start of the touch or at any time during it."""
     rows = slice(max(0, touch.first - 1), touch.last)
     if playback.permitted[rows].any():
         return None
@@ -203,13 +203,13 @@ def _untested(playback: Playback, touch: Touch) -> Untested | None:
 
 
 def median_latency_ms(scores: list[Score]) -> float | None:
-    """From the start of the label to the trip, over every touch found; None if there is none."""
+    """From the start of the label to the trip, for every touch found; None without any."""
     latencies = [_latency_ms(touch, trip) for one in scores for touch, trip in one.found]
     return round(statistics.median(latencies), 1) if latencies else None
 
 
 def faults(scores: list[Score]) -> list[str]:
-    """Why the verdict on all recordings together is bad; none if it is good."""
+    """Why the verdict on all recordings together is bad; empty if it is good."""
     if not scores:
         return ["nothing was tested"]
     touches, found = (sum(counts) for counts in zip(*((one.touches, len(one.found)) for one in scores), strict=True))
@@ -222,7 +222,7 @@ def faults(scores: list[Score]) -> list[str]:
 
 
 def is_good(scores: list[Score]) -> bool:
-    """Enough of all touches found, nothing alarmed or stopped besides, and every recording tested."""
+    """Whether enough of all touches were found, nothing else alarmed or stopped, and every recording was tested."""
     return not faults(scores)
 
 

@@ -1,4 +1,4 @@
-"""Time stamps and angles of a table brought to what a playback needs: one row a stamp, angles that the wire carries."""
+"""Converts time stamps and angles of a table for playback: one row per stamp, angles within the wire's range."""
 
 from pathlib import Path
 
@@ -11,14 +11,14 @@ from tauperp.recording.recording import FloatArray, Recording
 from tauperp.robot.limits import WIRE_POSITION_RAD
 
 RATE_MIN_HZ, RATE_MAX_HZ = 20.0, 4000.0  # of tauperp.config.settings.Wire.rate_hz
-_TURNS = 2  # an angle beyond so many is not wrapped without being asked to: it may be in degrees
+_TURNS = 2  # turns; a larger angle is wrapped only on request, because it may be in degrees
 _HINT = "columns = [SECONDS, NANOSECONDS] under [time] of a map"
 
 
 def fitted_time(path: Path, values: FloatArray, columns: ColumnMap) -> tuple[npt.NDArray[np.bool_], list[str]]:
-    """Which rows to keep, (m,), and what was left out: all that repeat the time stamp of the row before.
+    """Which rows to keep, (m,), and what was left out: all rows that repeat the previous time stamp.
 
-    Raises InputError if that would lose readings: most rows have another's time and other values.
+    Raises InputError if that would lose readings: most rows repeat a time stamp with other values.
     """
     same = np.diff(values[:, 0], prepend=-np.inf) == 0.0
     if not same.any():
@@ -34,7 +34,7 @@ def fitted_time(path: Path, values: FloatArray, columns: ColumnMap) -> tuple[npt
 
 
 def check_rate(recording: Recording) -> None:
-    """Raises InputError for a rate that no guard runs at, with the unit that the time column may be in."""
+    """Raises InputError for a rate at which no guard runs, and suggests the unit of the time column."""
     rate_hz = 1e6 / max(recording.period_us, 1)
     if RATE_MIN_HZ <= rate_hz <= RATE_MAX_HZ:
         return

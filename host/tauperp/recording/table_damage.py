@@ -1,4 +1,4 @@
-"""What the readers of tables raise, apart from bad input that nothing can be read from."""
+"""Exceptions of the table readers, apart from bad input of which nothing can be read."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from tauperp.errors import InputError
 
 
 class TableDamage(InputError):
-    """The table cannot be read from here on; the rows before are good."""
+    """The table cannot be read from here on. The rows before are good."""
 
 
 def needs_extra(path: Path, package: str) -> InputError:

@@ -1,7 +1,7 @@
 """Recordings from tables: .csv, .csv.gz, .npz, .parquet and .mcap, by the file's suffix.
 
-Every reader is a generator of blocks of rows. Where a file cannot be read on, it yields what it has and raises
-`TableDamage`; a format whose directory is at its end (.npz, .parquet) is all or nothing when it is cut.
+Every reader is a generator of blocks of rows. Where a file cannot be read, it yields the rows so far and raises
+`TableDamage`. Formats with a directory at the end (.npz, .parquet) give all rows or none.
 """
 
 import zipfile
@@ -149,7 +149,7 @@ class _Rows:
 
 
 def _has_column(path: Path, suffix: str, columns: ColumnMap) -> bool:
-    """Whether a table has a label, which it need not have. False for what cannot be opened: its reader says why."""
+    """Whether a table has the optional label. False for a file that cannot be opened: its reader reports why."""
     name = columns.label.name
     try:
         if suffix in (".csv", ".csv.gz"):

@@ -1,7 +1,7 @@
-"""Rows of a recording as cycles of the bus: gaps are found, short ones bridged, long ones split the recording.
+"""Rows of a recording as cycles of the bus: gaps are found, short ones bridged; long ones split the recording.
 
-A row belongs to the cycle that its time is nearest to. Over a short gap the missing cycles are interpolated: a logger
-lost them, the robot did not. Behind a long one nobody knows what the arm did, and a new guard starts.
+A row belongs to the cycle nearest to its time. In a short gap the missing cycles are interpolated, because the logger
+lost them, not the robot. In a long gap the motion is unknown, and a new guard starts after it.
 """
 
 import dataclasses

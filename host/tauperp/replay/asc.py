@@ -1,8 +1,8 @@
-"""Vector's .asc: frames read, everything else that a tool may write passed over and counted.
+"""Reader of Vector's .asc format. It reads frames, and ignores and counts everything else that a tool may write.
 
-Own reading, since python-can's takes the first frame of a file without a trigger block for a part of the header, knows
-neither relative time stamps nor other languages' headers, and does not tell what it passed over. A line that looks like
-a frame and is none, a line that is no text, and a file that ends within a line are damage.
+It replaces python-can's reader, which treats the first frame of a file without a trigger block as part of the header,
+knows neither relative time stamps nor headers in other languages, and does not report what it ignores. These are
+damage: a line that looks like a frame but is not one, a line that is not text, and a file that ends within a line.
 """
 
 import re

@@ -1,4 +1,5 @@
-"""Robots: read from URDF, MJCF or the shipped models, made into the firmware's table, checked by other readers."""
+"""Robots: read from URDF, MJCF or the shipped models, converted to the firmware's table, and checked by other
+readers."""
 
 from tauperp.robot.load import load, shipped
 from tauperp.robot.model import Capsule, Joint, Robot

@@ -1,4 +1,4 @@
-"""Capsules for links whose file has none: good enough to be struck in a simulation, never for planning."""
+"""Capsules for links whose file has none: good enough for strikes in a simulation, not for planning."""
 
 import numpy as np
 

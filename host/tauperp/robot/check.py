@@ -1,6 +1,6 @@
-"""A table compared with other readers of the robot.
+"""Comparison of a table with other readers of the robot.
 
-Pinocchio on our own numbers finds errors in the table. Pinocchio (URDF) or MuJoCo (MJCF) on the file itself finds
+Pinocchio with our own numbers finds errors in the table. Pinocchio (URDF) or MuJoCo (MJCF) with the file itself finds
 errors in our reading of it.
 """
 
@@ -24,7 +24,7 @@ Reader = Callable[[Array, Array], Terms]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Largest differences between the table and one reader, and what they are held to."""
+    """Largest differences between the table and one reader, and their bounds."""
 
     reader: str
     states: int
@@ -37,10 +37,10 @@ class Comparison:
 
 
 def check(robot: Robot, table: RobotTable | None = None, *, states: int = 100, seed: int = 1) -> list[Comparison]:
-    """Compare a robot's table (or another one) with every reader there is, on random states within +-pi and 3 rad/s.
+    """Compare a robot's table (or another one) with every available reader, on random states within +-pi and 3 rad/s.
 
-    A difference may be 1e-9 of the largest value of its quantity, and 1e-9 where that is below one. The difference
-    of a NaN is infinite.
+    A difference may be 1e-9 of the largest value of its quantity, or 1e-9 if that value is below one. A NaN gives an
+    infinite difference.
     """
     table = make_table(robot) if table is None else table
     readers = {"Pinocchio": pinocchio_reader(robot)}

@@ -1,4 +1,4 @@
-"""A robot as TOML: the numbers of a Robot and where they come from. tools/robot2c writes these from the sources."""
+"""A robot as TOML: the numbers of a Robot and their source. tools/robot2c writes these files."""
 
 from pathlib import Path
 from typing import Annotated
@@ -105,7 +105,7 @@ def _text(text: str) -> str:
 
 
 def _number(value: float) -> str:
-    """Fifteen decimals: what rounding leaves of a zero or a one is gone, and nothing that a source gives is lost."""
+    """Fifteen decimals: rounding residues of zeros and ones disappear, and no digit of a source is lost."""
     return repr(round(float(value), 15) + 0.0)
 
 

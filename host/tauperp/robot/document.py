@@ -1,7 +1,7 @@
-"""The text of a robot file: its encoding, its first element, and XML as robots' own readers take it.
+"""The text of a robot file: its encoding, its first element, and XML as the usual robot readers accept it.
 
-The file is read once, as bytes, so that a pipe is a file like any other. Robots' readers (tinyxml2) know no name
-spaces, and take a comment that holds `--`: so does this one.
+The file is read once, as bytes, so that a pipe works like a file. The usual readers (tinyxml2) do not know name spaces,
+and accept a comment that contains `--`. This one does, too.
 """
 
 import re
@@ -50,7 +50,7 @@ def text_of(data: bytes, path: Path) -> str:
 
 
 def first_element(text: str, path: Path) -> str:
-    """The name of the outermost element. Raises InputError if there is none."""
+    """The name of the outermost element. Raises InputError if there is no element."""
     found = _FIRST.search(_COMMENT.sub(_blank, text))
     if found is None:
         raise InputError(f"{path}: not well-formed XML (no element found)")
@@ -58,9 +58,9 @@ def first_element(text: str, path: Path) -> str:
 
 
 def parse(text: str, path: Path) -> ElementTree.Element:
-    """The elements, with names as they are written: a prefix stays and a default name space changes nothing.
+    """The elements with their names as written: a prefix is kept, and a default name space has no effect.
 
-    Raises InputError, with line and column, for what is not well-formed.
+    Raises InputError, with line and column, for text that is not well-formed.
     """
     builder = ElementTree.TreeBuilder()
     parser = expat.ParserCreate()
@@ -76,5 +76,5 @@ def parse(text: str, path: Path) -> ElementTree.Element:
 
 
 def _blank(match: re.Match[str]) -> str:
-    """As many lines and nothing else, so that places in messages stay true."""
+    """As many empty lines, so that the places in messages stay correct."""
     return "\n" * match.group().count("\n")

@@ -1,4 +1,5 @@
-"""Inertias that no body can have: how far off they are, what of it can be ignored, and the nearest possible one."""
+"""Inertias that no body can have: the size of the error, the part that can be ignored, and the nearest possible
+inertia."""
 
 import numpy as np
 
@@ -16,7 +17,7 @@ INERTIA_MAX_KG_M2 = 1e8
 
 
 def slack(moved: Array) -> float:
-    """kg m^2 that an inertia may be off by, in a joint that moves the inertia `moved` (3, 3) in all."""
+    """Allowed error of an inertia, kg m^2, in a joint that moves the total inertia `moved` (3, 3)."""
     return INERTIA_ABSOLUTE + INERTIA_RELATIVE * float(np.max(np.abs(np.linalg.eigvalsh(moved))))
 
 
@@ -27,7 +28,7 @@ def moments(inertia: Array) -> tuple[float, float, float]:
 
 
 def excess(inertia: Array) -> tuple[float, str]:
-    """By how much, kg m^2, an inertia (3, 3) breaks the rule that it breaks most, and that rule; 0 for a body's."""
+    """The largest violation of a rule by an inertia (3, 3), kg m^2, and that rule; 0 for the inertia of a body."""
     small, middle, large = moments(inertia)
     negative, unequal = max(-small, 0.0), max(large - small - middle, 0.0)
     if negative > 0.0:

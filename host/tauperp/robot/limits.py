@@ -1,4 +1,4 @@
-"""A joint's limits against what JointState carries, and what a file without limits gets."""
+"""A joint's limits: comparison with the range of JointState, and defaults for a file without limits."""
 
 from dataclasses import dataclass
 
@@ -31,7 +31,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Fitted:
-    """Limits that the wire can carry; the names of those that are defaults; what of them a person should know."""
+    """Limits within the range of the wire; the names of those that are defaults; notes for the user."""
 
     position_min: float
     position_max: float
@@ -42,7 +42,7 @@ class Fitted:
 
 
 def fitted(joint: str, limits: Limits) -> Fitted:
-    """Raises InputError, with the joint's name, for limits that cannot be meant."""
+    """Raises InputError, with the joint's name, for limits that cannot be correct."""
     defaults: set[str] = set()
     warnings: list[str] = []
     lower, upper = _positions(joint, limits, defaults, warnings)

@@ -1,4 +1,4 @@
-"""The options by which a command takes a robot, the same for every command that takes one."""
+"""The command-line options that select a robot, the same for every command."""
 
 import argparse
 import sys
@@ -27,13 +27,13 @@ def add_chain_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def chain_of(args: argparse.Namespace) -> Mapping[str, Any]:
-    """What of them was given, as keywords of tauperp.robot.load."""
+    """The options that were given, as keywords of tauperp.robot.load."""
     named = {name: getattr(args, name) for name in ("base", "tip", "tool")}
     given = {name: value for name, value in named.items() if value is not None}
     return {**given, "accept_inertia": True} if args.accept_inertia else given
 
 
 def say_warnings(robot: Robot) -> None:
-    """What reading the robot changed or left out, on stderr."""
+    """Prints on stderr what reading the robot changed or left out."""
     for warning in robot.warnings:
         print(f"tauperp: warning: {warning}", file=sys.stderr)

@@ -176,17 +176,17 @@ def _turn_twist_zero(rotation: Array, turn: float) -> tuple[float, float, float]
 
 
 def _wrapped(angle: float) -> float:
-    """The same angle in (-pi, pi], with rounding at the ends settled."""
+    """The same angle in (-pi, pi]; rounding at the ends is removed."""
     angle = float(np.arctan2(np.sin(angle), np.cos(angle)))
     return float(np.pi) if angle < -np.pi + SNAP else _snapped(angle)
 
 
 def _snapped(value: float) -> float:
-    """Rounding removed where the exact value is plainly 0 or +-1."""
+    """Removes rounding where the exact value is clearly 0 or +-1."""
     nearest = round(float(value))
     return float(nearest) if nearest in (-1, 0, 1) and abs(value - nearest) < SNAP else float(value)
 
 
 def _clean(values: Array) -> Array:
-    """What rounding leaves of a zero is a zero."""
+    """Replaces the rounding residue of a zero by zero."""
     return np.where(np.abs(values) < SNAP, 0.0, values)

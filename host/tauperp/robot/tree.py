@@ -294,7 +294,7 @@ class Tree:
         ]
 
     def _refuse_closures(self, moving: list[TreeLink], on_path: set[str]) -> None:
-        """A constraint between parts that move against each other makes the chain a loop."""
+        """A constraint between parts that move relative to each other makes the chain a loop."""
         owner = {part.name: link.name for link in moving for part, _ in self._moves_with(link, on_path)}
         for name, one, other in self.closures:
             if owner.get(one) != owner.get(other):

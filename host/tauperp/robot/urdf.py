@@ -23,7 +23,8 @@ _OTHERS_WITH_LINKS = ("gazebo", "transmission", "ros2_control")  # they may hold
 
 
 def read_urdf(path: Path, root: ElementTree.Element) -> Tree:
-    """The tree of a parsed <robot>. Fails on missing or doubled names, loops, several roots, and what is no number."""
+    """The tree of a parsed <robot>. Fails on missing or repeated names, loops, several roots, and values that are not
+    numbers."""
     where = path.name
     _refuse_macros(root, where)
     links: dict[str, ElementTree.Element] = {}
@@ -57,7 +58,7 @@ def read_urdf(path: Path, root: ElementTree.Element) -> Tree:
 
 
 def _refuse_macros(root: ElementTree.Element, where: str) -> None:
-    """Whatever no reader of URDF would take, and that may hold mass, is an error and not passed over."""
+    """Elements that no URDF reader accepts, and that may contain mass, are an error."""
     prefixes = {"xacro:"} | {
         f"{key.removeprefix('xmlns:')}:"
         for key, value in root.attrib.items()

@@ -12,21 +12,21 @@ from tauperp.toml import kind_of, tables
 
 HEAD = """# Scenario files
 
-A scenario says which robot does what, who touches it, and which sensors fail. `tauperp run FILE.toml` plays it against
-the compiled firmware. Units are in the names of the keys. A key that is not listed here is refused, with the place
-where it belongs if it belongs elsewhere.
+A scenario states the robot, its tasks and motion, contacts, and sensor faults. `tauperp run FILE.toml` simulates it
+with the compiled firmware as guard. The names of the keys contain the units. A key that is not listed here is an error.
+If the key belongs to another table, the message names that table.
 
-This page is written by `python -m tauperp.run.describe` from the models that check the files.
+`python -m tauperp.run.describe` writes this page from the models that check the files.
 
 Five examples come with the package and run by name:
 
 | example | shows |
 |---|---|
 | `tauperp run payload` | payloads that the guard does not know, and strikes |
-| `tauperp run contact` | guiding by hand, and strikes while it lasts |
-| `tauperp run faults` | sensors that fail: offset, stuck reading, status |
-| `tauperp run wire` | frames that are missing or broken |
-| `tauperp run own_arm` | a start for your own arm: robot, rotors, points, one strike |
+| `tauperp run contact` | guiding by hand, with strikes meanwhile |
+| `tauperp run faults` | sensor faults: offset, stuck reading, status |
+| `tauperp run wire` | missing and broken frames |
+| `tauperp run own_arm` | a template for your own arm: robot, rotors, points, one strike |
 """
 
 

@@ -10,13 +10,13 @@ from tauperp.firmware import Guard, Verdict
 
 
 class GuardPeer(Protocol):
-    """The guard on the bus: of this process, or a remote one that runs on its own."""
+    """The guard on the bus: in this process, or external."""
 
     remote: bool  # it runs on its own, and only its frames show its state
     verdict: Verdict | None  # of the last tick, where it can be looked into
 
     def turn(self, now_us: int) -> None:
-        """Receive, tick and answer for the cycle that has just been sent."""
+        """Receive, tick and answer for the cycle that was just sent."""
 
 
 class GuardNode:
@@ -35,7 +35,7 @@ class GuardNode:
         self._own = OwnFrames(bus)
 
     def turn(self, now_us: int) -> None:
-        """Everything that is on the bus goes in, then one tick, then its frames go out."""
+        """Receive all frames of the bus, make one tick, and send its frames."""
         end_s = time.monotonic() + self.patience_s if self.patience_s else 0.0
         while (frame := self._bus.recv(timeout=self._wait_s(end_s))) is not None:
             if not self._own.has(frame):
@@ -58,4 +58,4 @@ class RemoteGuard:
     verdict: Verdict | None = None
 
     def turn(self, now_us: int) -> None:
-        """Nothing: it hears the bus itself."""
+        """Nothing to do: the external guard receives the frames itself."""

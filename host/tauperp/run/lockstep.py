@@ -1,4 +1,4 @@
-"""A scenario, cycle by cycle: robot, bus and guard. In simulated time the same bits for the same seed."""
+"""A scenario, cycle by cycle: robot, bus and guard. In simulated time the same seed gives the same bits."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,20 +30,20 @@ from tauperp.wire_values import REASON_CLASS, ReasonClass
 
 LAST_LOOK_S = 0.5  # simulated after the last step is done
 COMING_TO_REST_S = 2.0  # simulated at most after a guard has been given up
-AT_REST_S = 0.1  # and after the robot has stopped then
-BEYOND_S = 1.0  # a joint may be beyond the wire's range before the run is given up
-REACTION_S = 0.15  # until a person whose hand has stopped a robot takes it away
+AT_REST_S = 0.1  # and after the robot has then stopped
+BEYOND_S = 1.0  # s; a joint may be beyond the wire's range for this time before the run is aborted
+REACTION_S = 0.15  # s until a person whose hand has stopped a robot removes it
 
 Progress = Callable[[float, str], None]  # share of the steps done, 0 to 1, and the phase's name
 
 
 class Lockstep:
-    """One run of a scenario with a guard that shares the bus. `run` is called once.
+    """One run of a scenario with a guard on the same bus. Call `run` once.
 
-    `bus` is the robot's own connection. `pace` decides when cycles begin and how long the guard's answer is waited
-    for; a guard that it gives up ends the run, once the robot has stopped. Raises InputError, with the scenario's file
-    and the step, for a move that the arm cannot do; if there is no guard on the bus to begin with; and in real time for
-    a guard that says that it runs in lockstep.
+    `bus` is the robot's own connection. `pace` decides when cycles start and how long to wait for the guard's answer.
+    If it gives up the guard, the run ends when the robot has stopped. Raises InputError, with the scenario's file and
+    the step, for a move that the arm cannot do; if no guard answers at the start; and in real time for a guard that
+    reports lockstep.
     """
 
     def __init__(self, scenario: Scenario, bus: can.BusABC, guard: GuardPeer, pace: Pace | None = None) -> None:
@@ -91,7 +91,7 @@ class Lockstep:
         self._node.start(scenario.faults)
         self._stability = Stability(self._arm)
         self._wire = wire_range(scenario.configuration.wire)
-        self._beyond_since: float | None = None  # a joint has been where the wire does not reach
+        self._beyond_since: float | None = None  # since when a joint is beyond the range of the wire
         self._job = -1
         self._stood_since = 0.0
         self._started = False  # the robot has had its first permission
@@ -103,9 +103,9 @@ class Lockstep:
         listen: Callable[[], None] | None = None,
         watch: Watch | None = None,
     ) -> Trace:
-        """All phases, or as far as the time limit lets them.
+        """Run all phases, or until the time limit.
 
-        `listen` is called after every cycle, for a recorder; `watch` gets to see each, for a viewer.
+        `listen` is called after every cycle, for a recorder; `watch` receives each cycle, for a viewer.
         """
         recorder = TraceRecorder()
         if self._guard.remote:
@@ -119,7 +119,7 @@ class Lockstep:
 
     @property
     def telling(self) -> Telling:
-        """What the guard has told of itself, if it is one that cannot be looked into."""
+        """The last reports of an external guard."""
         return self._node.telling
 
     def _cycles(
@@ -166,7 +166,7 @@ class Lockstep:
         self._check_physics(cycle * self._period)
 
     def _check_physics(self, time_s: float) -> None:
-        """Raises InputError for a simulation that is none any more."""
+        """Raises InputError for a simulation that became unstable."""
         alone = self._motion.mode is not Mode.BRAKED and not any(hand.force_n for hand in self._hands)
         wrong = self._stability.look(self._node.sample.velocity, alone=alone)
         if wrong is None:
@@ -179,7 +179,7 @@ class Lockstep:
         )
 
     def _beyond_wire(self, time_s: float) -> str | None:
-        """Why the run cannot go on: a joint stays where the wire cannot say it."""
+        """Why the run cannot continue: a joint stays outside the range of the wire."""
         position = np.abs(self._node.sample.position)
         if (position <= self._wire.position).all():
             self._beyond_since = None
@@ -195,7 +195,7 @@ class Lockstep:
         )
 
     def _given_up(self, cycle: int) -> bool:
-        """Whether the guard is, and the robot with it deaf. Raises InputError if it has never been there."""
+        """Whether the guard is absent. Raises InputError if it never answered."""
         node, pace = self._node, self._pace
         reason = None
         if pace.real_time and self._guard.remote and node.telling.in_lockstep:
@@ -222,7 +222,7 @@ class Lockstep:
         return True
 
     def _begin_job(self, time_s: float, progress: Progress | None) -> None:
-        """Where a new step begins: grasp, tell the task, and let people come."""
+        """At the start of a step: grasp, send the task, and start contacts."""
         motion, scenario = self._motion, self._scenario
         if motion.job == self._job or motion.finished:
             return
@@ -268,7 +268,7 @@ class Lockstep:
             recorder.stops[-1] = replace(recorder.stops[-1], standstill_s=time_s)
 
     def _indexes(self) -> tuple[np.ndarray, np.ndarray]:
-        """r and the index in force, from the guard itself if it can be looked into, else as it last told."""
+        """r and the index of the active task, from the guard itself if it is in this process, else as last reported."""
         node, verdict = self._node, self._guard.verdict
         return (node.telling.residual, node.telling.index) if verdict is None else (verdict.residual, verdict.index)
 
@@ -332,5 +332,5 @@ def _stop(node: RobotNode, time_s: float) -> Stop:
 
 
 def _is_trip(reason: int) -> bool:
-    """Whether it latches: everything but waiting."""
+    """Whether it latches: every state except waiting."""
     return REASON_CLASS.get(reason, ReasonClass.UNKNOWN) is not ReasonClass.WAITING

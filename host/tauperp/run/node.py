@@ -19,10 +19,10 @@ from tauperp.wire import Receiver, Sender, Wire
 from tauperp.wire_values import Reason
 
 FIRST_PERMISSION = (Reason.AWAITING_RESET, Reason.RESTARTED)  # everything is good, a reset is wanted
-SILENCE = 1  # stop category when nobody says which
-RESET_HALF_S = 0.02  # a reset is asked for with a square wave of this half period, for its edges
+SILENCE = 1  # default stop category
+RESET_HALF_S = 0.02  # s; half period of the square wave that requests a reset
 CYCLE_MASK = 0xFFFF
-OVERTIME_S = 0.05  # after the end of a wait, to read what a busy bus has put in the way
+OVERTIME_S = 0.05  # after the end of a wait, to read frames that are still queued
 
 
 class RobotNode:
@@ -49,8 +49,8 @@ class RobotNode:
         )  # readings of this cycle that are frozen, out of range, broken or not sent
         self.sample = JointSample(*(np.zeros(arm.n) for _ in range(3)))
         n = arm.n
-        self.telling = Telling(n)  # of GuardIndex and GuardStatus, if they are to be heard
-        self.deaf = False  # obeys nobody any more: never permitted
+        self.telling = Telling(n)  # of GuardIndex and GuardStatus, if they are received
+        self.deaf = False  # obeys no guard: never permitted
         self._check = StopCheck(wire)
         self._bus = bus
         self._sensors = sensors
@@ -89,9 +89,10 @@ class RobotNode:
                 self._bus.send(frame)
 
     def end_cycle(self, cycle: int, answer_timeout_s: float = 0.0) -> None:
-        """Hear the guard, and move the arm through the cycle as it permits.
+        """Receive the guard's answer, and move the arm through the cycle if permitted.
 
-        Waits up to `answer_timeout_s` of real time for the guard's answer; with 0 it reads what is there, all of it.
+        Waits up to `answer_timeout_s` of real time for the guard's answer. With 0 it reads all frames that have
+        arrived.
         """
         permit = Permit(False, SILENCE) if self.deaf else self._permit(answer_timeout_s)
         self.permitted = permit.allowed
@@ -120,7 +121,7 @@ class RobotNode:
         }
         try:
             frame = self._sender.frame(name, signals, cycle=cycle, timestamp=self._time_s)
-        except InputError:  # a reading that the wire cannot carry: say so instead of clamping it
+        except InputError:  # a reading that the wire cannot carry is reported as not available, not clamped
             self.unusable[joint] = True
             blank = {"SensorStatus": NOT_AVAILABLE, "Position": 0.0, "Velocity": 0.0, "Torque": 0.0}
             frame = self._sender.frame(name, blank, cycle=cycle, timestamp=self._time_s)
@@ -139,14 +140,14 @@ class RobotNode:
         return self._check.has_company
 
     def forget_the_past(self) -> None:
-        """What was said on the bus before the first cycle answers nothing."""
+        """Process frames from before the first cycle: they answer nothing."""
         end_s = time.monotonic() + OVERTIME_S
         while time.monotonic() < end_s and (frame := self._bus.recv(timeout=0.0)) is not None:
             self._check.forget(frame)
             self._receiver.receive(frame, decode=False)
 
     def _permit(self, timeout_s: float) -> Permit:
-        """Read until the answer to this cycle is there or the time is over, and then whatever else is there."""
+        """Read until the answer to this cycle arrives or the time is over, then everything else that has arrived."""
         self.telling.begin()
         end_s = time.monotonic() + timeout_s if timeout_s > 0.0 else 0.0
         while True:
@@ -169,9 +170,9 @@ class RobotNode:
             self.telling.hear(received)
 
     def _ask_for_reset(self) -> None:
-        """While only the permission is missing, ask for it with the number of the trip that took it.
+        """Request a reset with the number of the last trip while only the permission is missing.
 
-        After a start the guard wants the same, and says so when everything is good.
+        After a start the guard requires the same, and reports when everything is good.
         """
         command = self.stop_command
         missing = command is not None and not self.permitted and self.answer is Answer.GOOD

@@ -1,8 +1,8 @@
-"""When the cycles of a run begin, and how long the robot waits for the guard's answer in each.
+"""When the cycles of a run start, and how long the robot waits for the guard's answer in each.
 
-Pace            simulated time: a guard in this process has answered before the robot looks
-Patient         lockstep with a guard elsewhere on the bus: each cycle waits for the answer to that cycle
-RealTime        by the monotonic clock, waiting for nobody: an answer that is not there in time is silence
+Pace            simulated time: a guard in this process has answered before the robot checks
+Patient         lockstep with an external guard: each cycle waits for the answer to that cycle
+RealTime        by the monotonic clock, without waiting: an answer that does not arrive in time is silence
 """
 
 import gc
@@ -29,11 +29,11 @@ class Patience:
 
 
 class Pace:
-    """Nobody is waited for. A context manager around the run."""
+    """Waits for no answer. A context manager around the run."""
 
     real_time = False
     answered = False  # the guard has, at least once
-    patience: Patience | None = None  # None: silence is a stop as any other, and the run goes on
+    patience: Patience | None = None  # None: silence is a stop like any other, and the run continues
 
     def __enter__(self) -> Self:
         return self
@@ -42,21 +42,21 @@ class Pace:
         pass
 
     def begin(self) -> None:
-        """Returns when the next cycle is to begin."""
+        """Returns when the next cycle starts."""
 
     @property
     def answer_timeout_s(self) -> float:
-        """How long to wait for the answer to the cycle whose frames have just been sent; 0: see what is there."""
+        """How long to wait for the answer to the cycle that was just sent; 0: check what has arrived."""
         return 0.0
 
     def note(self, answer: Answer) -> bool:
-        """What came of it. True if the guard is to be given up."""
+        """Record the result of the wait. True if the guard is given up."""
         self.answered |= answer is Answer.GOOD
         return False
 
     @property
     def report(self) -> dict[str, Any] | None:
-        """How well it was kept, where that is a question."""
+        """How well the pace was kept; None where this is always perfect."""
         return None
 
 

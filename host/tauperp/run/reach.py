@@ -1,4 +1,4 @@
-"""What the wire can say of an arm: a simulated joint keeps within it, as a real one behind this guard has to."""
+"""The range of the wire for an arm. A simulated joint stays within it, as a real one behind this guard must."""
 
 from dataclasses import dataclass, replace
 

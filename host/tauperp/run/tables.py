@@ -37,52 +37,52 @@ class Described(Table):
 
 
 class PayloadTable(Described):
-    """What the gripper holds during a phase: grasped where it begins, let go where the next one begins."""
+    """The load of the gripper during a phase: grasped at its start, released at the start of the next phase."""
 
     mass_kg: Positive = Field(le=50)
     """Mass, kg."""
     com_m: Vector3 = (0.0, 0.0, 0.0)
     """Centre of mass from the end-effector point, in the last link's axes, m."""
     radius_m: Positive = 0.04
-    """Of the solid ball whose inertia it has, m."""
+    """Radius of a solid ball with the same inertia, m."""
 
 
 class StrikeTable(Described):
-    """A collision: a part of a body that comes from 12 cm away, touches the link and pushes."""
+    """A collision: a body part that starts 12 cm away, touches the link and pushes."""
 
     step: int = Field(default=1, ge=1)
-    """During which step of `do` it comes, counted from 1."""
+    """Step of `do` during which the hand comes, from 1."""
     after_s: NotNegative = 0.0
-    """How long after the step has begun the hand sets off, s."""
+    """Time from the start of the step until the hand starts, s."""
     link: int = Field(ge=1)
-    """Which link, from 1."""
+    """Link that is struck, from 1."""
     along: Share = 0.5
     """Where on the link: 0 is the lower end of its axis, 1 the upper."""
     direction: Direction
-    """The way the hand moves; its length does not matter."""
+    """Direction of the hand's motion; its length has no effect."""
     frame: Literal["base", "link"] = "base"
     """Of `direction`: the robot's base, or the link's own axes."""
     part: Literal["hand", "forearm"] = "hand"
     """Part of the body by ISO/TS 15066: hand 0.6 kg and 75 N/mm, forearm 2 kg and 40 N/mm."""
     speed_m_s: Positive = Field(default=0.3, le=2)
-    """At which it comes, m/s."""
+    """Speed of the hand before the contact, m/s."""
     push_n: Positive = Field(default=100.0, le=1000)
     """Peak of the push after the touch, half a sine wave, N. The impact may exceed it."""
     duration_s: Positive = Field(default=0.2, le=10)
-    """Of the push, s."""
+    """Duration of the push, s."""
 
 
 class GuideTable(Described):
-    """An intended force on the end-effector, as of a hand that guides it."""
+    """An intended force on the end-effector, such as a guiding hand."""
 
     step: int = Field(default=1, ge=1)
-    """During which step of `do` it acts, counted from 1."""
+    """Step of `do` during which the force acts, from 1."""
     after_s: NotNegative = 0.0
-    """How long after the step has begun it sets in, s."""
+    """Time from the start of the step until the force starts, s."""
     force_n: Vector3
-    """At the end-effector point, base frame, N."""
+    """Force at the end-effector point, base frame, N."""
     moment_nm: Vector3 = (0.0, 0.0, 0.0)
-    """Moment there, base frame, Nm."""
+    """Moment at the same point, base frame, Nm."""
     rise_s: Positive = 0.5
     """It rises and falls in this time, s."""
     hold_s: NotNegative = 1.0
@@ -97,7 +97,7 @@ class StepTable(Described):
     wait_s: Positive | None = None
     """Stand still in position control, s."""
     yield_s: Positive | None = None
-    """Hold the pose in impedance control, for a hand to push it out of, s."""
+    """Hold the pose in impedance control, so that a hand can push the arm out of it, s."""
 
     @model_validator(mode="after")
     def _one_thing(self) -> "StepTable":
@@ -114,7 +114,7 @@ class PhaseTable(Described):
     task: TaskName
     """The task that the robot sends to the guard: none, payload or contact."""
     payload: PayloadTable | None = None
-    """What the gripper holds; nothing by default."""
+    """Load of the gripper; none by default."""
     do: list[StepTable] = Field(min_length=1)
     """Steps, one after the other, each with one of `move`, `wait_s` and `yield_s`."""
     strike: list[StrikeTable] = []
@@ -124,10 +124,10 @@ class PhaseTable(Described):
 
 
 class PointTable(Described):
-    """A place: of the end-effector relative to where it starts, its orientation kept, or all joints."""
+    """A point: the end-effector relative to its start, with the same orientation, or all joints."""
 
     offset_m: Vector3 | None = None
-    """End-effector from where it starts, base frame, m. Its orientation stays."""
+    """Position of the end-effector relative to its start, base frame, m. The orientation stays."""
     joints_rad: list[float] | None = None
     """Or all joints, rad."""
 
@@ -139,18 +139,18 @@ class PointTable(Described):
 
 
 class SensorTable(Described):
-    """Errors of the joint sensors, drawn once a run from the seed."""
+    """Errors of the joint sensors, drawn once per run from the seed."""
 
     torque_noise_nm: NotNegative = 0.0
     """Standard deviation, Nm."""
     torque_offset_nm: NotNegative = 0.0
     """Largest offset, Nm."""
     torque_gain_error: NotNegative = Field(default=0.0, lt=1)
-    """Largest error of gain, as a share."""
+    """Largest relative error of the gain."""
     torque_ripple_nm: NotNegative = 0.0
     """Largest ripple over the joint's angle, Nm."""
     ripple_per_turn: int = Field(default=2, ge=1)
-    """Waves of the ripple a turn."""
+    """Periods of the ripple per turn."""
     position_noise_rad: NotNegative = 0.0
     """Standard deviation, rad."""
     velocity_noise_rad_s: NotNegative = 0.0
@@ -160,16 +160,16 @@ class SensorTable(Described):
 
 
 class FaultTable(Described):
-    """Something that goes wrong with a sensor or its frames."""
+    """A fault of a sensor or of its frames."""
 
     joint: int = Field(ge=1)
-    """Which joint, from 1."""
+    """Joint, from 1."""
     kind: FaultKind
     """offset: `value` Nm added; gain: torque times `value`; stuck: the torque reading stays; status: SensorStatus
     is `value`; silent: no frames; crc: frames with a broken CRC.
     """
     start_s: NotNegative
-    """From when on, s of the run."""
+    """Start of the fault, s of the run."""
     end_s: Positive = 1e9
     """Until when, s."""
     value: float = 0.0
@@ -177,16 +177,16 @@ class FaultTable(Described):
 
 
 class PlantTable(Described):
-    """How the simulated arm differs from what everybody believes it to be."""
+    """Differences between the simulated arm and its description."""
 
     model_error: NotNegative = Field(default=0.0, le=0.5)
     """Largest error of each link's mass and inertia, as a share."""
     substeps: int = Field(default=2, ge=1, le=100)
     """Steps of the physics in one cycle."""
     rotor_inertia_kg_m2: list[NotNegative] = []
-    """One a joint, seen at the joint. What is neither given nor in the robot's file is estimated."""
+    """Rotor inertia at the joint, one value per joint. Values that the robot's file lacks, too, are estimated."""
     rotor_kg_m2: list[NotNegative] = []
-    """Or the rotors' own inertia, one a joint, with `gear_ratio`."""
+    """Or the inertia of the rotors themselves, one value per joint, with `gear_ratio`."""
     gear_ratio: list[Positive] = []
     """One a joint."""
 
@@ -209,52 +209,52 @@ class LimitTable(Described):
     """Of moves."""
 
     speed_m_s: Positive = 0.5
-    """Of the end-effector, m/s."""
+    """Speed of the end-effector, m/s."""
     acceleration_m_s2: Positive = 2.0
-    """Of the end-effector, m/s2."""
+    """Acceleration of the end-effector, m/s2."""
     turn_rad_s: Positive = 1.0
-    """Of its orientation, rad/s."""
+    """Angular speed of the end-effector, rad/s."""
     joint_speed_rad_s: Positive = 0.8
-    """Of a move joint by joint, rad/s."""
+    """Joint speed of a move joint by joint, rad/s."""
     joint_acceleration_rad_s2: Positive = 3.0
-    """Of a move joint by joint, rad/s2."""
+    """Joint acceleration of a move joint by joint, rad/s2."""
 
 
 class ImpedanceTable(Described):
-    """The spring and damper that hold the end-effector while it yields."""
+    """Spring and damper that hold the end-effector while the arm yields."""
 
     stiffness_n_m: Positive = 500.0
-    """Of the position, N/m."""
+    """Stiffness of the position, N/m."""
     stiffness_nm_rad: Positive = 50.0
-    """Of the orientation, Nm/rad."""
+    """Stiffness of the orientation, Nm/rad."""
     damping_ratio: Positive = 1.0
     """1 is critical."""
     posture_nm_rad: NotNegative = 20.0
-    """Spring of the joints in what the pose leaves free, Nm/rad."""
+    """Joint stiffness in the directions that the pose does not determine, Nm/rad."""
 
 
 class RecoveryTable(Described):
-    """How the robot stops and comes back."""
+    """How the robot stops and returns."""
 
     deceleration_rad_s2: Positive = 6.0
-    """Of the fastest joint in a stop of category 1 or 2, rad/s2."""
+    """Deceleration of the fastest joint in a stop of category 1 or 2, rad/s2."""
     pause_s: NotNegative = 0.4
-    """Standing, for the person to take the hand away, s."""
+    """Standstill, in which the person removes the hand, s."""
     retreat_m: NotNegative = 0.05
-    """Back along the way it came after a collision, m."""
+    """Length of the retreat along the path after a collision, m."""
 
 
 class ScenarioTable(Described):
-    """A scenario: robot, guard, what it is to do, who touches it, which sensors fail."""
+    """A scenario: robot, guard, phases, contacts and sensor faults."""
 
     robot: str = Field(default="ku_dex", min_length=1)
     """A shipped name, or a URDF or MJCF file beside the scenario."""
     config: str = "default"
     """The guard's preset, or a TOML file beside the scenario."""
     seed: int = Field(default=1, ge=0)
-    """Of sensors and model errors."""
+    """Random seed of sensors and model errors."""
     time_limit_s: Positive = 120.0
-    """The run ends then, s."""
+    """Time limit of the run, s."""
     start_rad: list[float] | None = None
     """Joints at the start, rad; by default a posture far from singular ones."""
     guard: dict[str, Any] = {}
@@ -262,13 +262,13 @@ class ScenarioTable(Described):
     point: dict[str, PointTable] = {}
     """Places to move to, by name: `[point.NAME]`."""
     phase: list[PhaseTable] = Field(min_length=1)
-    """What happens, part by part."""
+    """Parts of the run, in order."""
     limits: LimitTable = LimitTable()
     """Speeds and accelerations of moves."""
     impedance: ImpedanceTable = ImpedanceTable()
-    """Control while it yields."""
+    """Control while the arm yields."""
     recovery: RecoveryTable = RecoveryTable()
-    """Stopping and coming back."""
+    """Stopping and returning."""
     sensors: SensorTable = SensorTable()
     """Errors of the joint sensors."""
     plant: PlantTable = PlantTable()

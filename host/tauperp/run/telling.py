@@ -1,4 +1,4 @@
-"""What a guard that cannot be looked into tells of itself on the bus: GuardIndex and GuardStatus, a page a turn."""
+"""The state of an external guard from its frames: GuardIndex and GuardStatus, one page after the other."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,12 @@ COUNTERS = {
 
 
 class Telling:
-    """Collects what the guard tells. Torques (n,) Nm at the bus's resolution, as last told: each joint in its turn."""
+    """Collects the guard's reports. Torques (n,) Nm at the bus's resolution, as last reported: one joint after the
+    other."""
 
     def __init__(self, n: int) -> None:
         self.residual, self.index = np.zeros(n), np.zeros(n)
-        self.fresh: NDArray[np.bool_] = np.zeros(n, bool)  # told since `begin`
+        self.fresh: NDArray[np.bool_] = np.zeros(n, bool)  # reported since `begin`
         self._n = n
         self._status: dict[str, float] = {}
 
@@ -34,7 +35,7 @@ class Telling:
         self.fresh = np.zeros(self._n, bool)
 
     def hear(self, received: Received) -> None:
-        """One accepted frame, of any message."""
+        """Process one accepted frame, of any message."""
         signals = received.signals
         if received.message.name == "GuardIndex":
             joint = int(signals["Joint"])
@@ -47,12 +48,12 @@ class Telling:
 
     @property
     def in_lockstep(self) -> bool:
-        """The guard says that its time is bus time."""
+        """Whether the guard reports lockstep."""
         return self._number("Variant") == LOCKSTEP
 
     @property
     def counters(self) -> dict[str, int | None]:
-        """By the names of guard_counters_t, as last told."""
+        """By the names of guard_counters_t, as last reported."""
         return {name: self._number(signal) for signal, name in COUNTERS.items()}
 
     @property

@@ -1,4 +1,4 @@
-"""What happened in a run, cycle by cycle and event by event."""
+"""The record of a run, cycle by cycle and event by event."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -14,9 +14,9 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Stop:
-    """Motion was permitted and is no longer: `time_s` of the cycle whose StopCommand said so, or whose silence did.
+    """Motion was permitted and no longer is. `time_s`: the cycle whose StopCommand, or whose silence, ended it.
 
-    `reason` as on the wire (0: silence); joint 1 to n or 0; index value Nm; `standstill_s` when the robot stood.
+    `reason` as on the wire (0: silence); joint 1 to n or 0; index value Nm; `standstill_s`: when the robot stood still.
     """
 
     time_s: float
@@ -30,7 +30,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Contact:
-    """A strike and what came of it."""
+    """A strike and its result."""
 
     strike: Strike
     record: ContactRecord
@@ -53,9 +53,10 @@ class Trace:
     tip_speed_m_s: Vector  # (N,)
     stops: tuple[Stop, ...]
     contacts: tuple[Contact, ...]
-    finished: bool  # every phase was done before the time limit
-    ended: str | None = None  # why the run was given up, in words
-    unusable: NDArray[np.bool_] | None = None  # (N, n) readings that the robot's side knows to be wrong or did not send
+    finished: bool  # every phase was completed before the time limit
+    ended: str | None = None  # why the run was aborted, in words
+    # (N, n) readings that the robot's side knows to be wrong, or did not send
+    unusable: NDArray[np.bool_] | None = None
 
     def under_way(self, settle_s: float) -> NDArray[np.bool_]:
         """(N,) whether a collision is under way: from its first touch until `settle_s` after its last."""

@@ -1,4 +1,4 @@
-"""Smallest forces over links, points, directions and postures; and which regions of the body they protect."""
+"""Smallest forces over links, points, directions and postures, and the body regions that they protect."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ FloatArray = npt.NDArray[np.float64]
 
 DIRECTIONS = 96
 PLACES = (0.1, 0.5, 0.9)  # along a link
-BLIND_N = 500.0  # a force that has to be larger is not seen
+BLIND_N = 500.0  # N; a larger force counts as not detectable
 COVERED = 0.95  # share of directions, points and postures from which a region counts as covered
 
 
@@ -147,7 +147,7 @@ def workspace(robot: Robot, count: int, seed: int = 1) -> FloatArray:
 
 
 def _spread(values: FloatArray) -> dict[str, float | None]:
-    """Best, median, 95 % and worst; None for what is not seen at all."""
+    """Best, median, 95 % and worst; None for a force that is never detected."""
     flat = values.ravel()
     numbers = {
         "best": float(flat.min()),

@@ -1,4 +1,4 @@
-"""What the sensitivity command leaves: JSON, a page, and a table for the terminal."""
+"""Results of the sensitivity command: JSON, a page, and a table for the terminal."""
 
 from typing import Any
 

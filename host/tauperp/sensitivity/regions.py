@@ -1,7 +1,7 @@
-"""What a person's body may feel: biomechanical limits of force.
+"""Biomechanical limits of force for regions of the human body.
 
-Quasi-static limits of ISO/TS 15066:2016, table A.2, taken over by ISO 10218-2:2025; a transient contact (the body part
-can recoil) may have twice as much. Newton. Not all regions of the table: those that an arm meets at work.
+Quasi-static limits of ISO/TS 15066:2016, table A.2, adopted by ISO 10218-2:2025. A transient contact (the body part can
+recoil) may have twice the force. Newton. Only regions that an arm meets at work.
 """
 
 from typing import NamedTuple

@@ -1,9 +1,9 @@
-"""How the guard's index answers a torque, measured on the compiled firmware itself.
+"""The response of the guard's index to a torque, measured with the compiled firmware.
 
-For one posture and task the guard hears an arm at rest. A torque is added to one joint after the other: first a
-half-sine of 50 ms, then a constant one until the index has settled. Everything in the firmware is linear in the torque
-(filters and projection of a fixed posture), so these answers give the index for any force on any link, whatever filters
-and projections the configuration has.
+For one posture and task the guard receives the frames of an arm at rest. A torque is added to one joint after the
+other: first a half-sine of 50 ms, then a constant torque until the index has settled. For a fixed posture everything in
+the firmware is linear in the torque. These responses therefore give the index for any force on any link, for any
+filters and projection.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ SHARE = 0.3  # of a joint's largest torque: far above the wire's steps
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Answers of the index to 1 Nm on each joint.
+    """Response of the index to 1 Nm on each joint.
 
     settled  (c n, n): index of each channel and joint for a constant torque on joint j
     pulse    (t, c n, n): the same over time for a half-sine of 50 ms with a peak of 1 Nm, t cycles from its start
@@ -38,7 +38,7 @@ class Response:
 
 
 class Prober:
-    """Measures responses of one configuration; its bench is made once."""
+    """Measures responses of one configuration. Its bench is made once."""
 
     def __init__(self, configuration: Configuration, numeric: Numeric = "float32") -> None:
         quiet = {"offset_nm": [0.0], "friction_nm": [0.0]}

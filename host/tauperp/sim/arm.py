@@ -1,11 +1,11 @@
-"""The arm itself: physics between two control cycles, and what its joint torque sensors would feel.
+"""The arm: physics between two control cycles, and the input of its joint torque sensors.
 
-The sensors sit between gear and link. What they feel is the torque that the link asks for,
+The sensors are between gear and link. They measure the torque on the link,
 
     tau_j = M qdd + C qd + g + tau_ext,   M the links' inertia without the rotors
 
-which in MuJoCo's terms is motor torque plus brake minus rotor inertia (`armature`) times acceleration. Friction and
-brakes act on the motor's side and stay invisible to them. A reading is the mean over the cycle that ends with it.
+In MuJoCo's terms this is motor torque plus brake minus rotor inertia (`armature`) times acceleration. Friction and
+brakes act on the motor's side and are not measured. A reading is the mean over the cycle that ends with it.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ class Payload:
 
 @dataclass(frozen=True)
 class JointSample:
-    """Truth at the end of a cycle, (n,) each: rad, rad/s, and the mean link-side torque over the cycle, Nm."""
+    """True values at the end of a cycle, (n,) each: rad, rad/s, and the mean link-side torque over the cycle, Nm."""
 
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
@@ -48,16 +48,16 @@ class JointSample:
 
 
 class Touching(Protocol):
-    """Something outside the robot that shares its world: a hand that strikes, a force that guides."""
+    """Something outside the robot in the same simulation: a hand that strikes, a force that guides."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Put one's bodies and contact pairs into the model before it is compiled."""
+        """Add bodies and contact pairs to the model before it is compiled."""
 
     def before_step(self, arm: "Arm", time_s: float) -> None:
-        """Set one's forces for the step that begins at `time_s`."""
+        """Set forces for the step that starts at `time_s`."""
 
     def after_step(self, arm: "Arm", time_s: float) -> None:
-        """Read what happened in the step that began at `time_s`."""
+        """Read the result of the step that started at `time_s`."""
 
 
 class Arm:
@@ -111,7 +111,8 @@ class Arm:
         return JointSample(data.qpos[:n].copy(), np.zeros(n), data.qfrc_bias[:n].copy())
 
     def attach(self, payload: Payload | None) -> None:
-        """Grasp `payload`, or let go with None, between two cycles. Velocities stay: it moves with the tip already."""
+        """Grasp `payload`, or release it with None, between two cycles. Velocities stay: it already moves with the
+        tip."""
         body = self._payload
         held = payload or Payload(0.0)
         self.model.body_mass[body] = held.mass_kg
@@ -155,7 +156,7 @@ class Arm:
         data.xfrc_applied[body, 3:] += self._lever_moment
 
     def _brake_torque(self) -> NDArray[np.float64]:
-        """What the brakes did in the last step, (n,) Nm."""
+        """Torque of the brakes in the last step, (n,) Nm."""
         data = self.data
         torque = np.zeros(self.n)
         rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)

@@ -1,8 +1,8 @@
 """People who touch the arm: a hand or forearm that strikes a link, and an intended force that guides the tip.
 
-A strike is a real MuJoCo contact. The striking part is a mass behind soft tissue (ISO/TS 15066, Annex A: effective
-mass and stiffness of the body region) that its arm drives with limited force; what the robot feels is what comes out of
-that meeting, and it is recorded, not prescribed. Only the intended guiding force is an applied wrench.
+A strike is a MuJoCo contact. The striking part is a mass behind soft tissue (ISO/TS 15066, Annex A: effective mass and
+stiffness of the body region), and the person's arm drives it with limited force. The force on the robot is the result
+of this contact: it is recorded, not prescribed. Only the intended guiding force is an applied wrench.
 """
 
 import math
@@ -21,21 +21,21 @@ Vector = NDArray[np.float64]
 
 IMPEDANCE = 0.1  # MuJoCo's contact impedance: low, so that a contact is a spring and damper and adds little mass
 TISSUE_DAMPING = 0.4  # damping ratio of the part's mass on its tissue
-AIM_RAD_S = 25.0  # bandwidth at which the arm behind the part takes back a sideways error
-SPEED_RATE_PER_S = 800.0  # and at which it takes back an error of speed, within its force
-STANDOFF_M = 0.12  # free way before the strike
-GIVE_UP_S = 2.0  # a strike that has met nothing so long after it should have is withdrawn
+AIM_RAD_S = 25.0  # bandwidth of the sideways correction by the arm behind the part
+SPEED_RATE_PER_S = 800.0  # gain of its speed control, within its force
+STANDOFF_M = 0.12  # free distance before the strike
+GIVE_UP_S = 2.0  # s; a strike without contact is withdrawn after this time
 WITHDRAW_M_S = 0.5
-PARK_M = 10.0  # below the base, a metre apart, out of everybody's way
+PARK_M = 10.0  # below the base, a metre apart, away from everything
 
 
 class Obstructed(ValueError):
-    """A strike cannot begin: the part would appear inside a link. The message names it."""
+    """A strike cannot start: the part would appear inside a link. The message names the link."""
 
 
 @dataclass(frozen=True)
 class BodyPart:
-    """Effective mass kg and tissue stiffness N/m of a region of the body, and the radius m of what touches."""
+    """Effective mass kg and tissue stiffness N/m of a region of the body, and the radius m of the touching part."""
 
     mass_kg: float
     stiffness_n_m: float
@@ -48,11 +48,11 @@ BODY_PARTS: dict[str, BodyPart] = {"hand": BodyPart(0.6, 75_000.0, 0.04), "forea
 
 @dataclass(frozen=True)
 class Strike:
-    """One collision: which part hits which link (from 1) where, and how.
+    """One collision: which part hits which link (from 1), where, and how.
 
-    `along` 0 to 1 from the lower to the upper end of the link's capsule; `direction` (3,) the way the part moves, in
-    the base frame or the link's own; it comes at `speed_m_s` and then pushes for `duration_s` with half a sine wave of
-    `push_n`. The contact force may exceed that for a moment by the impact itself.
+    `along` 0 to 1 from the lower to the upper end of the link's capsule; `direction` (3,) of the part's motion, in the
+    base frame or the link's own. The part arrives at `speed_m_s` and then pushes for `duration_s` with a half sine of
+    `push_n`. The impact itself may exceed that force for a moment.
     """
 
     link: int
@@ -74,8 +74,8 @@ class _State(Enum):
 
 @dataclass
 class ContactRecord:
-    """What came of a strike: first touch and last touch s (None: not yet), link touched (from 1), largest force N; when
-    the hand set off, and when it was called back before it had touched anything, s (None: was not)."""
+    """Result of a strike: first and last touch s (None: not yet), link touched (from 1), largest force N; when the hand
+    started, and when it was withdrawn before any touch, s (None: it was not)."""
 
     contact_s: float | None = None
     release_s: float | None = None
@@ -86,9 +86,9 @@ class ContactRecord:
 
 
 class Hand:
-    """The body that performs one `Strike`; parked out of reach until `start` and after it has withdrawn.
+    """The body that performs one `Strike`. It is parked out of reach until `start`, and after it has withdrawn.
 
-    `number` is its own among the hands of a model; `place` says where the strike was asked for.
+    `number` identifies it among the hands of a model; `place` is where the scenario defines the strike.
     """
 
     def __init__(self, strike: Strike, number: int, place: str = "") -> None:
@@ -103,7 +103,7 @@ class Hand:
         self._since = 0.0
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """A sphere on three slides, weightless because its owner carries it, paired with every link of the arm."""
+        """A sphere on three slides, without weight because the person carries it, paired with every link of the arm."""
         body = spec.worldbody.add_body(name=self._name, pos=self._park, gravcomp=1.0)
         for axis, name in enumerate("xyz"):
             body.add_joint(name=f"{self._name}_{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=np.eye(3)[axis].tolist())
@@ -127,9 +127,9 @@ class Hand:
             )
 
     def start(self, arm: Arm, time_s: float) -> None:
-        """Appear in front of the target, moving along with it, and set off.
+        """Appear in front of the target, moving with it, and start.
 
-        Raises Obstructed if the arm itself is there already.
+        Raises Obstructed if the arm is already there.
         """
         model, data = arm.model, arm.data
         self._joints = (model.joint(f"{self._name}_x").qposadr[0], model.joint(f"{self._name}_x").dofadr[0])
@@ -152,7 +152,7 @@ class Hand:
         self._enter(_State.APPROACHING, time_s)
 
     def withdraw(self, time_s: float) -> None:
-        """Leave, whether it has struck or not."""
+        """Withdraw, with or without a strike."""
         if self._state in (_State.APPROACHING, _State.PUSHING):
             if self.record.contact_s is None:
                 self.record.withdrawn_s = time_s
@@ -181,7 +181,7 @@ class Hand:
         if self._state is _State.APPROACHING:
             push = float(np.clip(gain * (strike.speed_m_s - forward), -strike.push_n, strike.push_n))
         elif self._state is _State.PUSHING:
-            follow = max(strike.speed_m_s, strike.push_n / gain)  # it keeps up with a link that gives way, no faster
+            follow = max(strike.speed_m_s, strike.push_n / gain)  # follows a link that yields, but no faster
             half_sine = strike.push_n * math.sin(math.pi * elapsed / strike.duration_s)
             push = float(np.clip(gain * (follow - forward), -strike.push_n, half_sine))
         else:
@@ -190,7 +190,7 @@ class Hand:
         data.qfrc_applied[speed : speed + 3] = push * direction + aim
 
     def after_step(self, arm: Arm, time_s: float) -> None:
-        """Read the contact force and keep the record."""
+        """Read the contact force and update the record."""
         self.force_n = 0.0
         if self._state is _State.PARKED or arm.data.ncon == 0:
             return

@@ -1,6 +1,6 @@
-"""Control laws: from a desired motion and the measured joints to motor torque, on the nominal model.
+"""Control laws: motor torque from a desired motion and the measured joints, with the nominal model.
 
-Both laws know nothing of a payload. Position control is stiff enough to carry one that it was not told of.
+Neither law knows the payload. Position control is stiff enough to carry an unknown one.
 """
 
 import math
@@ -17,8 +17,8 @@ Vector = NDArray[np.float64]
 class ComputedTorque:
     """Computed torque with a PID on the joint error: three equal poles at `bandwidth_rad_s`.
 
-    The integral carries an unknown payload; while it is frozen the law is PD about what it has learnt. That keeps an
-    arm that was stopped by a person from leaning into them ever harder.
+    The integral carries an unknown payload. While it is frozen the law is a PD about the integral's last value: an arm
+    that was stopped by a person then does not push harder and harder.
     """
 
     def __init__(self, dynamics: Dynamics, period_s: float, bandwidth_rad_s: float = 40.0) -> None:
@@ -28,7 +28,7 @@ class ComputedTorque:
         self._integral = np.zeros(dynamics.n)
 
     def reset(self) -> None:
-        """Forget what was learnt: another law was in charge since."""
+        """Clear the integral, because another law was active since."""
         self._integral[:] = 0.0
 
     def torque(
@@ -45,7 +45,7 @@ class ComputedTorque:
 
 @dataclass(frozen=True)
 class ImpedanceGains:
-    """A spring and damper between the end-effector and where it should be; soft joints in what that leaves free."""
+    """A spring and damper between the end-effector and its goal; soft joints in the remaining directions."""
 
     stiffness_n_m: float = 500.0
     stiffness_nm_rad: float = 50.0
@@ -56,7 +56,7 @@ class ImpedanceGains:
 class Impedance:
     """Cartesian impedance without inertia shaping: tau = bias + J^T (K error - D twist) + null-space spring and damper.
 
-    It holds the pose it was started in; `posture` (n,) rad is where the null space is drawn to.
+    It holds its start pose. `posture` (n,) rad is the rest posture of the null space.
     """
 
     def __init__(self, dynamics: Dynamics, gains: ImpedanceGains, position: Vector, posture: Vector) -> None:
@@ -84,6 +84,6 @@ class Impedance:
 
 
 def blend(start: Vector, goal: Vector, phase: float) -> Vector:
-    """Between two vectors, smoothly: `phase` from 0 to 1, at rest at both ends."""
+    """Smooth interpolation between two vectors: `phase` from 0 to 1, at rest at both ends."""
     u = min(max(phase, 0.0), 1.0)
     return start + (goal - start) * (0.5 - 0.5 * math.cos(math.pi * u))

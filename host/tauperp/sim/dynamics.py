@@ -1,4 +1,4 @@
-"""What the robot controller knows of its arm: the nominal model, without payload and without the plant's errors."""
+"""The robot controller's model of its arm: the nominal model, without payload and without the plant's errors."""
 
 import mujoco
 import numpy as np
@@ -11,10 +11,10 @@ Vector = NDArray[np.float64]
 
 
 class Dynamics:
-    """Rigid-body terms of the nominal arm at a state, each call on its own: nothing is remembered between calls.
+    """Rigid-body terms of the nominal arm at a state. Calls do not depend on each other.
 
     Joint vectors (n,) in rad, rad/s, rad/s2, Nm; positions in the base frame, m. The inertia includes the rotors,
-    since the motors have to move them too.
+    because the motors must accelerate them, too.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -26,7 +26,7 @@ class Dynamics:
         self._tip = self._model.site(TIP).id
 
     def inverse(self, position: Vector, velocity: Vector, acceleration: Vector) -> Vector:
-        """Motor torque that this acceleration takes."""
+        """Motor torque for this acceleration."""
         data = self._data
         data.qpos[:], data.qvel[:], data.qacc[:] = position, velocity, acceleration
         mujoco.mj_inverse(self._model, data)

@@ -1,7 +1,8 @@
-"""The MuJoCo model of an arm, built in memory from its `Robot` description: never from a second file that could differ.
+"""The MuJoCo model of an arm, built in memory from its `Robot` description, so that no second file can differ from it.
 
-World frame: the robot's base frame, metres, with the gravity that the description gives. One body per link, named as
-its joint. The arm's own bodies never collide with each other; a body that touches it brings explicit contact pairs.
+World frame: the robot's base frame, in metres, with the gravity of the description. Each link is one body with the name
+of its joint. The arm's own bodies never collide with each other. A body that touches the arm defines explicit contact
+pairs.
 """
 
 import mujoco
@@ -21,10 +22,10 @@ def geom_name(link: int) -> str:
 
 
 def build_spec(robot: Robot, *, timestep_s: float, mass_scale: NDArray[np.float64] | None = None) -> mujoco.MjSpec:
-    """The arm as an MjSpec that others may add bodies to before they compile it.
+    """The arm as an MjSpec, to which others may add bodies before they compile it.
 
-    `mass_scale` (n,) multiplies each link's mass and inertia: a plant that differs from what the firmware was told.
-    The payload is a body at the tip, compiled with a placeholder inertia; `Arm` empties it before the first step.
+    `mass_scale` (n,) multiplies each link's mass and inertia, for a plant that differs from the firmware's model. The
+    payload is a body at the tip, compiled with a placeholder inertia; `Arm` empties it before the first step.
     """
     spec = mujoco.MjSpec()
     spec.modelname = robot.name
@@ -47,14 +48,15 @@ def build_spec(robot: Robot, *, timestep_s: float, mass_scale: NDArray[np.float6
         motor.set_to_motor()
     body.add_site(name=TIP, pos=robot.tip)
     payload = body.add_body(name=PAYLOAD, pos=robot.tip)
-    # Off-centre and unequal on purpose: MuJoCo then compiles no short cut for a body whose frame is its inertia frame,
+    # Off-centre and unequal on purpose: MuJoCo then compiles no shortcut for a body whose frame is its inertia frame,
+    # and the numbers may change during a run.
     # and the numbers may change while it runs.
     _set_inertia(payload, 1e-3, np.array([1e-3, 1e-3, 1e-3]), np.diag([1e-6, 1.1e-6, 1.2e-6]))
     return spec
 
 
 def _set_inertia(body: mujoco.MjsBody, mass: float, com: NDArray[np.float64], inertia: NDArray[np.float64]) -> None:
-    if excess(inertia)[0] > 0.0:  # a file's rounding, which a robot table may have and MuJoCo does not take
+    if excess(inertia)[0] > 0.0:  # rounding of a file, which a robot table may have but MuJoCo refuses
         inertia = possible(inertia) + 1e-12 * np.eye(3)
     body.mass = mass
     body.ipos = com

@@ -1,4 +1,4 @@
-"""One cycle as something that watches a robot sees it, simulated or recorded."""
+"""One cycle as a viewer sees it, simulated or recorded."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,25 +15,25 @@ from tauperp.sim.model import build_spec
 class Moment:
     """The arm's joints are the first n of the model's. Torques Nm, (n,) each.
 
-    Model, data and arrays are the producer's own and go on changing.
+    Model, data and arrays belong to the producer and change with every cycle.
     """
 
     time_s: float
     model: mujoco.MjModel
     data: mujoco.MjData
     permitted: bool
-    tripped_joint: int  # 1 to n, of the trip that holds; 0 none
+    tripped_joint: int  # 1 to n, of the latched trip; 0: none
     residual: NDArray[np.float64]  # r
-    index: NDArray[np.float64]  # the index in force
+    index: NDArray[np.float64]  # the index of the active task
     threshold: NDArray[np.float64]
-    contact_n: float  # force of all that touches the arm
+    contact_n: float  # force of all contacts on the arm
 
 
 Watch = Callable[[Moment], None]
 
 
 class Puppet:
-    """An arm without physics: it stands where it is put."""
+    """An arm without physics: it stays in the given pose."""
 
     def __init__(self, robot: Robot) -> None:
         self.model = build_spec(robot, timestep_s=1e-3).compile()

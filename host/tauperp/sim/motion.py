@@ -1,10 +1,10 @@
-"""What the robot does from cycle to cycle: its jobs one after the other, and how it stops and comes back.
+"""The robot's behaviour from cycle to cycle: its jobs one after the other, its stops, and its return.
 
-Follows the paper's flowchart (Fig. 4): the task goes on while motion is permitted; when it is not, the robot stops,
-retreats along the way it came, asks for a reset, and continues with a trajectory planned from its position.
+Follows the paper's flowchart (Fig. 4): the task continues while motion is permitted. Otherwise the robot stops,
+retreats along its path, requests a reset, and continues with a trajectory planned from its position.
 
     READY -> FOLLOWING -> STOPPING -> PAUSING -> RETREATING -> READY      stop category 2: it stays in control
-                          STOPPING -> BRAKED  -> READY                    1: brakes once it stands
+                          STOPPING -> BRAKED  -> READY                    1: brakes at standstill
                           BRAKED -> READY                                 0: brakes at once, motors off
 """
 
@@ -23,10 +23,10 @@ from tauperp.sim.trajectory import Limits, Planner, Trajectory
 
 Vector = NDArray[np.float64]
 
-PATH_S = 3.0  # how far back the robot remembers the way it came
-FOLLOWING_ERROR_RAD = 0.15  # a drive that is so far behind is not in control any more: brakes
+PATH_S = 3.0  # how far back the robot remembers its path
+FOLLOWING_ERROR_RAD = 0.15  # a drive this far behind is no longer in control: brakes
 AT_REST_RAD_S = 0.02
-RETURN_S = 1.5  # in which impedance control takes the tip back to where it was to be held
+RETURN_S = 1.5  # s in which impedance control returns the tip to the pose that it holds
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Wait:
 
 @dataclass(frozen=True)
 class Yield:
-    """Hold the pose that it has when it begins in impedance control, for a person to push it out of."""
+    """Hold the current pose in impedance control, so that a person can push the arm out of it."""
 
     duration_s: float
     gains: ImpedanceGains = field(default_factory=ImpedanceGains)
@@ -59,16 +59,16 @@ Job = Move | Wait | Yield
 
 @dataclass(frozen=True)
 class Recovery:
-    """How the robot stops and comes back."""
+    """How the robot stops and returns."""
 
     deceleration_rad_s2: float = 6.0
-    pause_s: float = 0.4  # standing, for the person to take the hand away
+    pause_s: float = 0.4  # s at standstill, for the person to remove the hand
     retreat_m: float = 0.05
     limits: Limits = field(default_factory=lambda: Limits(0.1, 0.5, 0.5, 0.3, 1.0))
 
 
 class Mode(Enum):
-    """What the robot is about."""
+    """State of the robot."""
 
     READY = auto()
     FOLLOWING = auto()
@@ -80,17 +80,17 @@ class Mode(Enum):
 
 @dataclass(frozen=True)
 class Permit:
-    """What this cycle's StopCommand, or its absence, asks for."""
+    """What this cycle's StopCommand, or its absence, requires."""
 
     allowed: bool
     category: int = 1
-    collision: bool = False  # somebody is in the way: retreat before going on
+    collision: bool = False  # a person is in the way: retreat before continuing
 
 
 class Motion:
-    """The robot's own mind. `step` is called once a cycle and returns the motors' torque.
+    """The robot's state machine. `step` is called once per cycle and returns the motors' torque.
 
-    Raises `Unreachable` from `step` when a job cannot be planned from where the robot stands.
+    Raises `Unreachable` from `step` if a job cannot be planned from the current position.
     """
 
     def __init__(
@@ -109,12 +109,12 @@ class Motion:
         self._recovery = recovery
         self._position_control = ComputedTorque(dynamics, period_s)
         self._home = start.copy()
-        self._rest = start.copy()  # where it stands when no trajectory says otherwise
+        self._rest = start.copy()  # position without a trajectory
         self._trajectory: Trajectory | None = None
         self._sample = 0
         self._cycles_left = 0  # of a Wait, a Yield or a pause
         self._impedance: Impedance | None = None
-        self._pose: tuple[Vector, Vector] | None = None  # that a Yield holds
+        self._pose: tuple[Vector, Vector] | None = None  # pose that a Yield holds
         self._yielded = 0
         self._category = 2
         self._cycles_paused = 0
@@ -130,17 +130,17 @@ class Motion:
 
     @property
     def standing(self) -> bool:
-        """The robot has stopped and is not about to move by itself."""
+        """The robot has stopped and will not move by itself."""
         return self.mode in (Mode.READY, Mode.PAUSING, Mode.BRAKED)
 
     @property
     def wants_reset(self) -> bool:
-        """It is ready to go on; only the permission is missing."""
+        """It is ready to continue; only the permission is missing."""
         return self.mode in (Mode.READY, Mode.BRAKED)
 
     @property
     def brakes(self) -> bool:
-        """Whether the brakes are to be on."""
+        """Whether the brakes must be on."""
         return self.mode is Mode.BRAKED
 
     @property
@@ -151,7 +151,7 @@ class Motion:
         return self._trajectory.tip_acceleration[self._sample]
 
     def step(self, permit: Permit, sample: JointSample) -> Vector:
-        """Motor torque (n,) Nm for the cycle that begins with this sample."""
+        """Motor torque (n,) Nm for the cycle that starts with this sample."""
         if permit.allowed:
             self._go_on(sample)
         else:
@@ -164,13 +164,13 @@ class Motion:
         return torque
 
     def _lost(self, sample: JointSample) -> bool:
-        """Pushed too far off its reference, as a weak arm with saturated motors may be."""
+        """Whether it is pushed too far off its reference, as a weak arm with saturated motors may be."""
         if self.mode is Mode.BRAKED or self._impedance is not None:
             return False
         return bool(np.max(np.abs(self._reference(sample)[0] - sample.position)) > FOLLOWING_ERROR_RAD)
 
     def _heed(self, permit: Permit, sample: JointSample) -> None:
-        """No permission: stop, the way that is asked for; a stricter category may come while it stops."""
+        """No permission: stop as requested. A stricter category may follow during the stop."""
         self._retreat_due |= permit.collision
         moving = self.mode in (Mode.FOLLOWING, Mode.RETREATING, Mode.STOPPING)
         if permit.category == 0:
@@ -215,7 +215,7 @@ class Motion:
         self._trajectory, self._sample, self._impedance = None, 0, None
 
     def _resume(self, sample: JointSample) -> None:
-        """Begin the current job, or go on with it, from where the robot stands."""
+        """Start or continue the current job, from the current position."""
         if self.finished:
             return
         job = self._jobs[self.job]
@@ -258,7 +258,7 @@ class Motion:
         return self._position_control.torque(sample.position, sample.velocity, self._reference(sample), learn=learn)
 
     def _advance(self, sample: JointSample) -> None:
-        """To the next cycle; what ends with this one is followed by what comes next."""
+        """Advance to the next cycle, and to the next state if this one ends."""
         if self.mode in (Mode.FOLLOWING, Mode.STOPPING):
             self._path.append(self._reference(sample)[0])
         if self._trajectory is not None:
@@ -293,6 +293,6 @@ class Motion:
             self._rest = sample.position.copy()
             self._position_control.reset()
         self._trajectory, self._impedance, self._cycles_left = None, None, 0
-        self._path.clear()  # a retreat goes back to where the job began, not around the corner behind it
+        self._path.clear()  # a retreat ends where the job started, not on the path before
         self.job += 1
         self._resume(sample)

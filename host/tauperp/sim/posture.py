@@ -1,4 +1,4 @@
-"""Where an arm starts when the scenario does not say: elbow bent, hand in front, far from every singular posture."""
+"""Start posture of an arm if the scenario has none: elbow bent, hand in front, far from every singular posture."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ HOMES: dict[str, tuple[float, ...]] = {
     "kinova3": (0.0, 0.4, 0.0, 1.6, 0.0, 1.0, 0.0),
 }
 TRIES = 300
-SEED = 7  # of the search: the same arm always starts in the same posture
+SEED = 7  # seed of the search, so that the same arm always starts in the same posture
 CLEAR_M = 0.15  # of the tip above the base
 
 
@@ -24,7 +24,7 @@ def home(robot: Robot, dynamics: Dynamics) -> NDArray[np.float64]:
 
 
 def postures(robot: Robot, dynamics: Dynamics, count: int = 12) -> list[NDArray[np.float64]]:
-    """Up to `count` postures (n,) rad to begin in, the best first: `home`, then other random ones in mid-range."""
+    """Up to `count` start postures (n,) rad, the best first: `home`, then other random ones in mid-range."""
     low = np.array([joint.position_min for joint in robot.joints])
     high = np.array([joint.position_max for joint in robot.joints])
     middle, half = (low + high) / 2, np.minimum((high - low) / 2, np.pi / 2)

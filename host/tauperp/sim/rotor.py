@@ -1,10 +1,10 @@
-"""Rotor inertia of a simulated arm where its description has none.
+"""Rotor inertia of a simulated arm whose description has none.
 
-URDF cannot say how large a rotor is, and an arm without rotors is not the arm that stands in the cell: seen through a
-gear of 1:100 the rotor is as heavy as the link or heavier. A wrist without it weighs so little that a controller of
-1 kHz cannot hold it steady. What is unknown is estimated from the joint's effort and the inertia that it carries:
-RATE is what drives of shipped arms reach on their own rotor (80 to 250 rad/s2), and the bounds keep an effort that is
-only a placeholder from making a rotor that no arm has.
+URDF cannot state a rotor's inertia, and an arm without rotors is not realistic: through a gear of 1:100 the rotor is as
+heavy as the link, or heavier. A wrist without it is so light that a controller at 1 kHz cannot hold it steady. Unknown
+values are estimated from the joint's effort and the inertia that it carries. RATE is the acceleration that drives of
+the shipped arms reach with their own rotor (80 to 250 rad/s2). The bounds prevent an unrealistic rotor if the effort is
+only a placeholder.
 """
 
 from collections.abc import Sequence
@@ -18,15 +18,15 @@ from tauperp.sim.dynamics import Dynamics
 
 RATE_RAD_S2 = 150.0  # largest torque over rotor inertia
 LINK_SHARE = (0.05, 3.0)  # of the carried inertia, at least and at most
-SPARE_KG_M2 = 0.15  # at most besides: a wrist's drive outweighs what it carries
+SPARE_KG_M2 = 0.15  # upper bound besides: a wrist's drive is heavier than its load
 POSTURES = 32
 SEED = 3
 
 
 def with_rotors(robot: Robot, given: Sequence[float] | None = None) -> tuple[Robot, str | None]:
-    """The robot with rotor inertia on every joint, and a line that says what was estimated; None if nothing was.
+    """The robot with rotor inertia on every joint, and a line that states the estimates; None if nothing was estimated.
 
-    given   (n,) kg m2 reflected to the joint, instead of the description's; 0 is estimated too
+    given   (n,) kg m2 reflected to the joint, instead of the description's; 0 is also estimated
     """
     known = np.array([joint.rotor_inertia for joint in robot.joints] if given is None else given, float)
     missing = known <= 0.0
@@ -40,7 +40,7 @@ def with_rotors(robot: Robot, given: Sequence[float] | None = None) -> tuple[Rob
 
 
 def estimated_rotors(robot: Robot) -> NDArray[np.float64]:
-    """Reflected rotor inertia (n,) kg m2, a likely one."""
+    """A typical reflected rotor inertia, (n,) kg m2."""
     bare = _changed(robot, np.zeros(robot.n))
     dynamics, rng = Dynamics(bare), np.random.default_rng(SEED)
     low = np.array([joint.position_min for joint in robot.joints])

@@ -1,7 +1,6 @@
-"""Joint sensors between the truth and the wire: what a real arm's readings have that a simulation's have not.
+"""Joint sensors: the errors that the readings of a real arm have.
 
-The wire's own quantisation is not modelled here: the frames do it. Every random number comes from the generator handed
-in.
+The frames apply the wire's own quantisation. Every random number comes from the generator argument.
 """
 
 import math
@@ -17,12 +16,12 @@ from tauperp.sim.arm import JointSample
 
 @dataclass(frozen=True)
 class SensorModel:
-    """Errors of every joint's sensors; the zeros of the default are ideal sensors.
+    """Errors of every joint's sensors. The zeros of the default are ideal sensors.
 
-    Offset, gain error and ripple differ from joint to joint: drawn once, evenly within plus and minus what is given.
-    Coulomb friction between sensor and link is drawn evenly from half to all of what is given; it has the sign of the
-    velocity, and fades below FRICTION_RAD_S. Ripple is a sine of the joint angle, `ripple_per_turn` periods a turn, as
-    a harmonic drive's sensor shows.
+    Offset, gain error and ripple differ between joints: drawn once, uniformly within plus and minus the given value.
+    Coulomb friction between sensor and link is drawn uniformly from half to all of the given value. It has the sign of
+    the velocity and decreases below FRICTION_RAD_S. Ripple is a sine of the joint angle with `ripple_per_turn` periods
+    per turn, as sensors at a harmonic drive show it.
     """
 
     torque_noise_nm: float = 0.0  # standard deviation
@@ -33,7 +32,7 @@ class SensorModel:
     position_noise_rad: float = 0.0
     velocity_noise_rad_s: float = 0.0
     delay_cycles: int = 0
-    torque_quantum_nm: float = 0.0  # steps of the reading; 0: none but the wire's
+    torque_quantum_nm: float = 0.0  # resolution of the reading; 0: only the wire's
     velocity_quantum_rad_s: float = 0.0
     torque_friction_nm: float = 0.0
 
@@ -84,7 +83,7 @@ SENSOR_PRESETS: dict[str, SensorModel] = {
 
 
 def stepped(values: np.ndarray, quantum: float) -> np.ndarray:
-    """Rounded to whole steps; a quantum of 0 leaves every bit."""
+    """Rounded to whole steps. A quantum of 0 changes nothing."""
     return quantum * np.rint(values / quantum) if quantum > 0 else values
 
 
@@ -93,7 +92,7 @@ FaultKind = Literal["offset", "gain", "stuck", "status", "silent", "crc"]
 
 @dataclass(frozen=True)
 class SensorFault:
-    """Something that goes wrong with joint `joint` (from 1) between two times, s.
+    """A fault of joint `joint` (from 1) between two times, s.
 
     offset: `value` Nm added; gain: torque times `value`; stuck: the torque reading stays; status: the joint reports
     SensorStatus `value`; silent: it sends nothing; crc: its frames arrive with a broken CRC.
@@ -106,12 +105,12 @@ class SensorFault:
     value: float = 0.0
 
     def active(self, time_s: float) -> bool:
-        """Whether it is there at this time."""
+        """Whether it acts at this time."""
         return self.start_s <= time_s < self.end_s
 
 
 class Sensors:
-    """The sensors of one arm of `n` joints. `read` is called once a cycle, in order."""
+    """The sensors of one arm of `n` joints. Call `read` once per cycle, in order."""
 
     def __init__(
         self, model: SensorModel, n: int, rng: np.random.Generator, faults: Sequence[SensorFault] = ()
@@ -123,13 +122,13 @@ class Sensors:
         self._gain = 1 + model.torque_gain_error * rng.uniform(-1, 1, n)
         self._ripple = model.torque_ripple_nm * rng.uniform(-1, 1, n)
         self._ripple_phase = rng.uniform(0, 2 * math.pi, n)
-        share = rng.uniform(0.5, 1, n) if model.torque_friction_nm > 0 else np.zeros(n)  # drawn only where it counts
+        share = rng.uniform(0.5, 1, n) if model.torque_friction_nm > 0 else np.zeros(n)  # drawn only if used
         self._friction = model.torque_friction_nm * share
         self._late: deque[JointSample] = deque(maxlen=model.delay_cycles + 1)
         self._stuck: dict[int, float] = {}
 
     def read(self, truth: JointSample, time_s: float) -> JointSample:
-        """What the sensors say of `truth`, `delay_cycles` late; the first readings repeat the first truth."""
+        """Readings of `truth`, `delay_cycles` late. The first readings repeat the first true values."""
         self._late.append(truth)
         seen, model, rng = self._late[0], self._model, self._rng
         n = len(seen.torque)

@@ -1,10 +1,10 @@
-"""Whether the simulated arm itself is still physics: a diverging or chattering simulation must not look like a fault
-that the guard found.
+"""Detects a simulation that is no longer physical: divergence or chatter must not look like a fault that the guard
+found.
 
-Everything that a controlled arm does by itself is slow: its laws have bandwidths of a few hertz, and even a hand's
-tissue rings below 150 Hz. A joint whose acceleration changes sign every few milliseconds with a size that no drive
-could give it for long is the integration failing, most often because the joint carries too little inertia for the
-control cycle. Touched or braked arms are left alone: contact and dry friction may chatter.
+Everything that a controlled arm does by itself is slow. Its control laws have bandwidths of a few hertz, and even a
+hand's tissue oscillates below 150 Hz. If a joint's acceleration changes sign every few milliseconds, with a size that
+no drive can sustain, the integration fails. The most frequent cause is a joint with too little inertia for the control
+cycle. Touched or braked arms are not checked, because contact and dry friction may chatter.
 """
 
 import mujoco
@@ -15,12 +15,12 @@ from tauperp.sim.arm import Arm
 
 WINDOW_S = 0.1
 FLIPS_HZ = 200.0  # changes of sign of the acceleration, of an oscillation of 100 Hz and more
-ROUGH_RAD_S2 = 20.0  # median size of the acceleration, below which nobody minds
-WILD_SPEEDS = 20.0  # times a joint's largest speed: it has run away
+ROUGH_RAD_S2 = 20.0  # median size of the acceleration below which this is harmless
+WILD_SPEEDS = 20.0  # factor of a joint's largest speed above which it diverges
 
 
 class Stability:
-    """Looks at one arm, a cycle at a time."""
+    """Checks one arm, one cycle at a time."""
 
     def __init__(self, arm: Arm) -> None:
         self._arm = arm
@@ -31,7 +31,7 @@ class Stability:
         self._count = 0
 
     def look(self, velocity: NDArray[np.float64], *, alone: bool) -> str | None:
-        """What is wrong with this cycle's joint velocities (n,), or None.
+        """The error in this cycle's joint velocities (n,), or None.
 
         `alone`: nobody touches the arm, and no brake is on.
         """

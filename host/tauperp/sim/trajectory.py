@@ -1,7 +1,8 @@
-"""Motion planned ahead as samples a control cycle apart, so that what is desired is known exactly, accelerations too.
+"""Planned motion as samples of one control cycle, so that the desired values are known exactly, including
+accelerations.
 
-Everything the arm does under position control is one of these: a move, a stop, a retreat. All start or end at rest
-where they say so, keep within the speeds and accelerations they are given, and raise `Unreachable` where they cannot.
+All motion under position control is one of these: a move, a stop, a retreat. They start and end at rest where stated,
+keep within the given speeds and accelerations, and raise `Unreachable` if that is not possible.
 """
 
 import math
@@ -17,18 +18,18 @@ Vector = NDArray[np.float64]
 
 PEAK_SPEED = 1.875  # of the quintic 10u^3 - 15u^4 + 6u^5, in units of distance / duration
 PEAK_ACCELERATION = 10 / math.sqrt(3)  # in units of distance / duration^2
-SMALL_SINGULAR = 0.08  # below this singular value of the Jacobian, damping sets in
+SMALL_SINGULAR = 0.08  # singular value of the Jacobian below which damping starts
 DAMPING = 0.05
-TRACKING_PER_S = 20.0  # how fast the resolved motion takes back its drift off the straight line
+TRACKING_PER_S = 20.0  # rate at which the resolved motion corrects its drift from the straight line
 POSTURE_PER_S = 1.0
-SETTLE_S = 0.2  # at the end of a straight move, for what the damping held back
+SETTLE_S = 0.2  # time at the end of a straight move, to correct the effect of damping
 REACHED_M = 2e-3
 AT_REST_RAD_S = 5e-3
-MOVE_MARGIN = 0.98  # of a joint's range and speed: tracking error must not carry the arm beyond them
+MOVE_MARGIN = 0.98  # share of a joint's range and speed, so that tracking error does not exceed them
 
 
 class Unreachable(ValueError):
-    """The arm cannot do this: the message names the joint or the distance that is missing."""
+    """The arm cannot do this. The message names the joint or the missing distance."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Limits:
 
 
 class Planner:
-    """Plans for one arm at one control period. Nothing is remembered between calls."""
+    """Plans for one arm at one control period. Calls do not depend on each other."""
 
     def __init__(self, robot: Robot, dynamics: Dynamics, period_s: float) -> None:
         self._dynamics = dynamics
@@ -100,7 +101,7 @@ class Planner:
             wanted = _rotate(turn * s) @ begin_rotation
             error = np.concatenate([begin_m + s * line - tip, rotation @ rotation_vector(rotation.T @ wanted)])
             twist = np.concatenate([line, turn]) * ds + TRACKING_PER_S * error
-            # The drift in the null space starts and ends at rest as the move does.
+            # The null-space drift starts and ends at rest, like the move.
             drift = POSTURE_PER_S * math.sin(math.pi * u) ** 2 * (posture - joints)
             joints = joints + period * _resolve(dynamics.jacobian(joints)[:rows], twist[:rows], drift)
         if np.max(np.abs(path[-1] - path[-2])) > AT_REST_RAD_S * period:
@@ -111,8 +112,8 @@ class Planner:
         return self._checked(self._differentiate(path))
 
     def stop(self, position: Vector, velocity: Vector, deceleration_rad_s2: float) -> Trajectory:
-        """From full motion to rest, all joints together so that the direction of motion stays, the fastest decelerating
-        at `deceleration_rad_s2`."""
+        """From full motion to rest. All joints stop together, so that the direction of motion stays; the fastest
+        decelerates at `deceleration_rad_s2`."""
         steps = max(2, math.ceil(float(np.max(np.abs(velocity))) / deceleration_rad_s2 / self._period) + 1)
         duration = (steps - 1) * self._period
         time = np.arange(steps)[:, None] * self._period

@@ -1,4 +1,4 @@
-"""A calibration in one figure: block maxima and thresholds of each task, and what the data cover."""
+"""A calibration as one figure: block maxima and thresholds of each task, and the coverage of the data."""
 
 import io
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""A run as a picture: the experiments as the paper draws them, and any other scenario in the same way."""
+"""A run as a picture: the experiments like the paper's figures, and any other scenario in the same way."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ def run_figure(outcome: Outcome) -> bytes:
 
 
 def timeline_of(outcome: Outcome) -> Timeline:
-    """The run as it is drawn."""
+    """The run in the format of the picture."""
     trace, report = outcome.trace, outcome.report
     name = TITLES.get(report.get("experiment", ""), report["scenario"].removesuffix(".toml"))
     return Timeline(

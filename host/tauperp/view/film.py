@@ -1,7 +1,7 @@
-"""A short film of a stop, slowed down: what a camera beside the arm would have seen. One animated picture in memory.
+"""A short film of a stop in slow motion, as a camera beside the arm would record it. One animated picture in memory.
 
-`Camera` is a watch: it keeps where everything was, at every tenth call. After the run `film` draws the
-stop off screen (see tauperp.view.scene for what that needs).
+`Camera` is a watch that keeps the pose at every tenth call. After the run `film` draws the stop off screen
+(tauperp.view.scene states the requirements).
 """
 
 import ctypes.util
@@ -31,9 +31,9 @@ PERMITTED, STOPPED = (46, 158, 91), (200, 53, 43)
 
 
 def choose_driver() -> None:
-    """Where there is no display, let MuJoCo draw by OSMesa if that is installed, unless MUJOCO_GL says otherwise.
+    """Without a display, let MuJoCo draw with OSMesa if it is installed, unless MUJOCO_GL is set.
 
-    MuJoCo chooses when it is imported, which is before anybody has asked for a film: so it chooses again.
+    MuJoCo chooses its renderer when it is imported, before a film is requested. It must therefore choose again.
     """
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or "MUJOCO_GL" in os.environ:
         return
@@ -44,7 +44,7 @@ def choose_driver() -> None:
 
 
 class Camera:
-    """Keeps the moments of a run by their poses."""
+    """Keeps the poses of a run."""
 
     def __init__(self) -> None:
         self._model: mujoco.MjModel | None = None
@@ -52,7 +52,7 @@ class Camera:
         self._kept: list[tuple[float, np.ndarray, bool, int, str]] = []
 
     def watch(self, moment: Moment) -> None:
-        """One cycle of the run."""
+        """Record one cycle of the run."""
         if self._kept and moment.time_s < self._kept[-1][0] + KEEP_S - 1e-9:
             return
         self._model, self._n = moment.model, len(moment.index)
@@ -60,7 +60,7 @@ class Camera:
         self._kept.append((moment.time_s, moment.data.qpos.copy(), moment.permitted, moment.tripped_joint, force))
 
     def film(self, stop_s: float) -> bytes:
-        """An animated WebP of the stop at this time. Raises InputError where nothing can draw off screen."""
+        """An animated WebP of the stop at this time. Raises InputError if nothing can draw off screen."""
         assert self._model is not None
         step_s = 1.0 / (FRAMES_HZ * SLOWER)
         wanted = np.arange(stop_s - BEFORE_S, stop_s + AFTER_S, step_s)
@@ -101,7 +101,7 @@ class Camera:
 
 
 def _caption(frame: Image.Image, kept: tuple[float, np.ndarray, bool, int, str], stop_s: float) -> None:
-    """A strip at the bottom: green or red as the permission is, with the time from the stop."""
+    """A strip at the bottom: green with permission, red without, with the time relative to the stop."""
     time_s, _, permitted, joint, force = kept
     draw = ImageDraw.Draw(frame)
     width, height = frame.size

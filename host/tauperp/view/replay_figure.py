@@ -1,4 +1,4 @@
-"""What a guard made of a bus log or of a recording, as one picture (tauperp.view.timeline)."""
+"""The guard's reaction to a bus log or a recording, as one picture (tauperp.view.timeline)."""
 
 from typing import Any
 
@@ -12,11 +12,11 @@ from tauperp.sim.moment import Moment
 from tauperp.view.timeline import ALARM, MUTED, Mark, Span, Timeline, draw
 from tauperp.words import spoken
 
-FROZEN_TICKS = 50  # a joint whose torque repeats so often while others change is frozen
+FROZEN_TICKS = 50  # a joint whose torque repeats this often while others change is frozen
 
 
 def replay_figure(playback: Playback, score: Score) -> bytes:
-    """A recording as PNG. Red are the stops: touches found, with their delay, alarms, and inputs at fault."""
+    """A recording as PNG. Stops are red: touches found, with their delay; alarms; and faulty inputs."""
     recording = playback.recording
     stops = [_found(1000 * (trip.time_s - touch.start_s), trip) for touch, trip in score.found]
     stops += [_alarm(trip) for trip in score.alarms]
@@ -54,7 +54,7 @@ def _mark(trip: Trip) -> Mark:
 
 
 def frozen(torque: NDArray[np.float64], ticks: int = FROZEN_TICKS) -> NDArray[np.bool_]:
-    """(m, n) where a joint's torque (m, n) repeats for so many rows while another joint's goes on changing."""
+    """(m, n) where a joint's torque (m, n) repeats for many rows while another joint's changes."""
     same = np.diff(torque, axis=0, prepend=np.nan) == 0.0
     found = np.zeros(torque.shape, bool)
     for joint in range(torque.shape[1]):
@@ -67,7 +67,7 @@ def frozen(torque: NDArray[np.float64], ticks: int = FROZEN_TICKS) -> NDArray[np
 
 
 class LogTimeline:
-    """A watch that keeps what is drawn of a replayed log."""
+    """A watch that collects the data of the picture of a replayed log."""
 
     def __init__(self) -> None:
         self._rows: list[tuple[float, bool, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = []

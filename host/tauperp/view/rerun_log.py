@@ -27,7 +27,7 @@ _LINK, _TRIPPED = (170, 178, 188), (217, 26, 26)
 
 @contextlib.contextmanager
 def rerun_log(path: str | Path) -> Iterator[Watch]:
-    """A watch that keeps each moment and writes the file at the end: whole, or, if the run fails, not at all.
+    """A watch that keeps each cycle and writes the file at the end: complete, or not at all if the run fails.
 
     Raises InputError without the extra `rerun`; OSError if the file cannot be written.
     """
@@ -54,7 +54,7 @@ def _rerun() -> ModuleType:
 
 
 class _Log:
-    """Columns are kept until the end, and sent at once: a frame a value would take longer than the run."""
+    """Columns are kept until the end and sent at once, because a frame per value would take longer than the run."""
 
     def __init__(self) -> None:
         self._times: list[float] = []

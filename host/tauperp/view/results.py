@@ -1,4 +1,4 @@
-"""What a run leaves in its folder: NAME.json, NAME.png and, if it is asked for, NAME.html."""
+"""Files of a run in its folder: NAME.json, NAME.png and, on request, NAME.html."""
 
 import argparse
 import json
@@ -23,7 +23,7 @@ def add_result_arguments(parser: argparse.ArgumentParser, command: str) -> None:
 
 
 class Results:
-    """Of one run. `watch` is to see every cycle of it, where that is needed."""
+    """Results of one run. `watch` must receive every cycle, if it is needed."""
 
     def __init__(self, args: argparse.Namespace) -> None:
         self._folder = Path(args.out)
@@ -39,7 +39,7 @@ class Results:
         return None if self._camera is None else self._camera.watch
 
     def write(self, outcome: Outcome, name: str) -> str:
-        """Everything, under this name; returns what was written, for people."""
+        """Write all files with this name. Returns their names as text."""
         from tauperp.view.experiment_figure import run_figure  # matplotlib takes its time: not before it is needed
 
         write_atomically(self._folder / f"{name}.json", json.dumps(outcome.report, indent=2) + "\n")

@@ -1,4 +1,4 @@
-"""The report of a run as one HTML file that needs nothing else: verdict, figure, film of a stop, tables, provenance."""
+"""The report of a run as one self-contained HTML file: verdict, figure, film of a stop, tables, provenance."""
 
 import base64
 import html
@@ -17,7 +17,7 @@ _COLOURS = {"passed": "#2e9e5b", "failed": "#c8352b", "incomplete": "#b07d00"}
 
 
 def run_page(outcome: Outcome, camera: Camera | None = None) -> str:
-    """The page. Without a camera, a stop, or anything that draws off screen it has no film, and says so."""
+    """The page. Without a camera, a stop or an off-screen renderer it has no film, and states that."""
     report = outcome.report
     name = report.get("experiment", report["scenario"])
     parts = [_verdict(report), figure(run_figure(outcome), f"torques, index and permission of {name}")]

@@ -1,7 +1,7 @@
-"""The robot as a picture: its links, the tripped one red, a point where it is touched. In a window or as a PNG file.
+"""The robot as a picture: its links, the tripped one in red, and a point at each contact. In a window or as a PNG file.
 
-MuJoCo draws. Off screen it does so by OSMesa (MUJOCO_GL=osmesa, Debian's libosmesa6), EGL or GLFW, as that variable
-says when the process starts; the window needs GLFW and a display. Both need the extra `view`.
+MuJoCo draws it. Off screen it uses OSMesa (MUJOCO_GL=osmesa, Debian's libosmesa6), EGL or GLFW, according to that
+variable at the start of the process. The window needs GLFW and a display. Both need the extra `view`.
 """
 
 import io
@@ -28,14 +28,14 @@ DISTANCE_M, AZIMUTH_DEG, ELEVATION_DEG = 1.6, 140.0, -25.0
 
 
 def light(model: mujoco.MjModel) -> None:
-    """A camera's light strong enough to see by: a model made to be simulated has none of its own."""
+    """A light at the camera that is bright enough: a model for simulation has none."""
     model.vis.headlight.ambient = (0.45, 0.45, 0.45)
     model.vis.headlight.diffuse = (0.55, 0.55, 0.55)
     model.vis.headlight.specular = (0.1, 0.1, 0.1)
 
 
 def colour_links(moment: Moment) -> None:
-    """Links, and hands where there are any. Colours are all that a picture changes of a model."""
+    """Links, and hands if there are any. A picture changes only the colours of a model."""
     moment.model.geom_rgba[len(moment.index) :] = HAND
     for link in range(len(moment.index)):
         colour = TRIPPED if link + 1 == moment.tripped_joint else LINKS[link % 2]
@@ -43,14 +43,14 @@ def colour_links(moment: Moment) -> None:
 
 
 def aim(camera: mujoco.MjvCamera) -> None:
-    """From where the whole arm is seen."""
+    """A camera position from which the whole arm is visible."""
     camera.type = mujoco.mjtCamera.mjCAMERA_FREE
     camera.lookat = LOOK_AT_M
     camera.distance, camera.azimuth, camera.elevation = DISTANCE_M, AZIMUTH_DEG, ELEVATION_DEG
 
 
 def decorate(scene: mujoco.MjvScene, moment: Moment) -> None:
-    """Add to a scene what is not in the model: a floor, and a point at each contact, larger with its force."""
+    """Add to a scene what the model does not have: a floor, and a point at each contact that grows with its force."""
     identity = np.eye(3).ravel()
     _add(scene, mujoco.mjtGeom.mjGEOM_PLANE, (FLOOR_HALF_M, FLOOR_HALF_M, 0.1), np.zeros(3), identity, FLOOR)
     wrench = np.empty(6)
@@ -70,7 +70,7 @@ def _add(
     rotation: np.ndarray,
     colour: tuple[float, float, float, float],
 ) -> None:
-    """One more geom, unless the scene is full."""
+    """Add one geom, unless the scene is full."""
     if scene.ngeom < scene.maxgeom:
         geom = scene.geoms[scene.ngeom]
         mujoco.mjv_initGeom(geom, shape, np.array(size, float), place, rotation, np.array(colour, np.float32))
@@ -78,9 +78,9 @@ def _add(
 
 
 def render(path: str | Path, moment: Moment, *, width: int = 640, height: int = 480) -> None:
-    """Write what the moment looks like as a PNG file.
+    """Write a picture of this cycle as a PNG file.
 
-    Raises InputError where nothing can draw off screen.
+    Raises InputError if nothing can draw off screen.
     """
     import matplotlib.image
 

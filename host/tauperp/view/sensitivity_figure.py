@@ -1,4 +1,4 @@
-"""The smallest force that is seen, drawn on the arm: one picture a task, and the body regions that are covered."""
+"""The smallest detectable force, drawn on the arm: one picture per task, and the covered body regions."""
 
 import io
 from typing import Any
@@ -72,12 +72,12 @@ def _arm(axis: Axes3D, levers: Levers, robot: Robot, task: TaskForces, norm: Log
 
 
 def text_colour(percent: float) -> str:
-    """Readable on the map's dark ends."""
+    """A text colour that is readable on the map's dark ends."""
     return "white" if percent < 12 or percent > 93 else INK
 
 
 def _regions(axis: Axes, task: dict[str, Any]) -> None:
-    """Share of cases in which a region's quasi-static limit is seen, and below it the transient one."""
+    """Share of cases in which a region's quasi-static limit is detected, and below it the transient one."""
     shares = np.array(
         [[100 * link["regions"][region.name]["quasi_static"] for region in REGIONS] for link in task["links"]]
     )

@@ -1,4 +1,4 @@
-"""The smallest force that is seen, on an arm that a person can turn in MuJoCo's viewer; colours as in the figure."""
+"""The smallest detectable force, on an arm that the user can turn in MuJoCo's viewer; colours as in the figure."""
 
 import time
 
@@ -20,7 +20,7 @@ PAUSE_S = 1 / 30
 
 
 def colours(task: TaskForces) -> np.ndarray:
-    """Colour of each link (n, 4) by its median static force; dark grey where that is not seen."""
+    """Colour of each link (n, 4) by its median static force; dark grey if that is not detectable."""
     medians = np.array([float(np.median(link.static_n)) for link in task.links])
     norm, chart = LogNorm(LOWEST_N, HIGHEST_N), colormaps["RdYlGn_r"]
     shown = np.array(chart(norm(np.clip(medians, LOWEST_N, HIGHEST_N))))
@@ -29,7 +29,7 @@ def colours(task: TaskForces) -> np.ndarray:
 
 
 def show(robot: Robot, posture: np.ndarray, task: TaskForces) -> None:
-    """Until the window is closed. Arrows: the way that is hardest to see on each link.
+    """Show the arm until the window is closed. Arrows: the direction that is hardest to detect on each link.
 
     Raises InputError without a display or without the extra `view`.
     """

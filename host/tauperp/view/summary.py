@@ -1,4 +1,4 @@
-"""What the simulating commands show a person: progress while they run, one table at the end."""
+"""Output of the simulating commands: progress while they run, and one table at the end."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -21,14 +21,14 @@ _CAUSES = {
     "guard": "no guard answered",
     "none": "a false stop",
 }
-PLAIN_WIDTH = 110  # where the output is no terminal
+PLAIN_WIDTH = 110  # interval of the lines without a terminal
 TABLE_WIDTH = 80
 
 
 @contextmanager
 def shown_progress(name: str) -> Iterator[Report]:
-    """Progress on standard error, so that standard output stays the result's: a bar, or a line a phase without a
-    terminal. Nothing is shown before the run has begun."""
+    """Progress on standard error, because standard output is for the result: a bar, or one line per phase without a
+    terminal. Nothing is shown before the run has started."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield _lines_reporter(name)
@@ -65,14 +65,14 @@ def _lines_reporter(name: str) -> Report:
 
 
 def print_outcomes(outcomes: Sequence[Outcome], written: str | None = None) -> None:
-    """One table over all runs; then, a line each, what r alone would have done, and what the numbers belong to."""
+    """One table over all runs. Then, one line each: what r alone would have done, and the hashes of the result."""
     console = Console()
     if not console.is_terminal:
         console = Console(width=PLAIN_WIDTH)
     elif console.width < TABLE_WIDTH:
         console = Console(
             width=TABLE_WIDTH
-        )  # a narrow terminal wraps lines; a table made to fit it would lose its figures
+        )  # a narrow terminal wraps lines; a table that fits it would lose its figures
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for heading in ("run", "collision", "force", "contact", "stop", "latency", "found by"):
         table.add_column(heading, justify="left" if heading in ("run", "collision", "found by") else "right")
@@ -105,7 +105,7 @@ def _row(collision: dict[str, Any]) -> tuple[str, ...]:
 
 
 def found_by(collision: dict[str, Any]) -> str:
-    """The joint whose index found it, or the reason where no joint did."""
+    """The joint whose index found it, or the reason if no joint did."""
     return f"joint {collision['joint']}" if collision["joint"] else spoken(collision["reason"])
 
 
@@ -149,7 +149,7 @@ def _lines(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _real_time(kept: dict[str, Any]) -> str:
-    """How well the clock was kept; in red what was not."""
+    """How well the pace was kept, with deviations in red."""
     late, silent = kept["late_cycles"], kept["permission_not_in_time"]
     slower = kept["times_slower_than_real"]
     return (

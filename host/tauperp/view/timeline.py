@@ -1,12 +1,12 @@
-"""One picture for everything that the guard watched over time: an experiment, a run, a replayed log, a recording.
+"""One picture for every time series of the guard: an experiment, a run, a replayed log, a recording.
 
     above     r of every joint
-    middle    the index in force, with its threshold
-    below     forces, where they are known
+    middle    the index of the active task, with its threshold
+    below     forces, if they are known
     a strip   under each: green while motion is permitted, red while it is not, grey before the first permission
 
-A joint has a colour if it stopped the robot; if none did, the one that came nearest to its threshold has. All others
-are grey. Red is a stop, orange a contact, a cross a reading that cannot be used.
+A joint is coloured if it stopped the robot; if none did, the one nearest to its threshold is. All others are grey. Red
+is a stop, orange a contact, a cross an unusable reading.
 """
 
 import io
@@ -29,7 +29,7 @@ ALARM, CONTACT, BAND = "#c8352b", "#e07b1a", "#fdece0"
 VERDICTS = {"passed": "#2e9e5b", "failed": "#c8352b", "incomplete": "#b07d00"}
 PHASE_BANDS = ("#ffffff", "#f5f7f9")
 SIZE_IN, DPI = (11.0, 7.6), 150
-MAX_POINTS = 6000  # of a grey line; more cannot be seen
+MAX_POINTS = 6000  # most grey lines; more are not visible
 STRIP = 0.035  # of a panel's height
 LEVELS, LEVEL = 3, 0.125  # rows of labels in a panel, and the height of one
 LETTER = 0.0066  # width of a letter of a label, as a share of the panel's

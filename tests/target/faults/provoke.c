@@ -1,5 +1,4 @@
-/* provoke: an image of the Versal board that permits motion, then does what PROVOKE says. What must follow is a stop.
- */
+/* provoke: an image of the Versal board that permits motion, then causes the fault PROVOKE. A stop must follow. */
 #include "board.h"
 #include "log.h"
 

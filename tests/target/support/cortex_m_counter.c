@@ -1,6 +1,6 @@
 #include "counter.h"
 
-/* CMSDK APB timer 0 (Arm DDI 0479): a down-counter of 25 MHz on every mps2 FPGA image. */
+/* CMSDK APB timer 0 (Arm DDI 0479): a 25 MHz down-counter on every mps2 FPGA image. */
 #define TIMER_CTRL   (*(volatile uint32_t *)0x40000000u)
 #define TIMER_VALUE  (*(volatile uint32_t *)0x40000004u)
 #define TIMER_RELOAD (*(volatile uint32_t *)0x40000008u)
@@ -15,7 +15,7 @@ uint32_t counter_read(void) {
     return TIMER_VALUE;
 }
 
-/* 40 ns a count, and 2^6 ns an instruction by -icount shift=6. */
+/* 40 ns per count, and 2^6 ns per instruction with -icount shift=6. */
 uint32_t counter_instructions(uint32_t from, uint32_t to) {
     return (uint32_t)(((uint64_t)(from - to) * 40u + 32u) / 64u);
 }

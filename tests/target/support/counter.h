@@ -11,8 +11,8 @@
 void counter_init(void);
 uint32_t counter_read(void);
 
-/* Instructions between two readings less than 2^31 counts apart, to the nearest one; the cost of the two calls of
- * counter_read themselves is included. */
+/* Instructions between two readings that are less than 2^31 counts apart, rounded to the nearest. The cost of the two
+ * counter_read calls is included. */
 uint32_t counter_instructions(uint32_t from, uint32_t to);
 
 #endif

@@ -1,4 +1,5 @@
-/* What newlib asks of a board, for images that use it: tests print with printf. Output goes to the debugger. */
+/* The functions that newlib requires from a board, for images that use it: tests print with printf. Output goes to the
+ * debugger. */
 #include <errno.h>
 #include <stddef.h>
 #include <stdint.h>
