@@ -8,7 +8,13 @@ import pytest
 from bus_logs import WIRE, frames_of, replayed
 
 from tauperp.cli import main
+from tauperp.config import load_configuration
+from tauperp.firmware import Guard
+from tauperp.recording import Recording
+from tauperp.replay.showing import LogShow
 from tauperp.sim.moment import Moment
+from tauperp.view.replay_figure import LogTimeline, beyond_wire
+from tauperp.wire import Sender
 
 
 def test_a_watch_sees_every_cycle_of_a_log_with_its_pose_and_the_tripped_joint(logs: Path) -> None:
@@ -36,6 +42,38 @@ def test_a_watch_sees_every_cycle_of_a_log_with_its_pose_and_the_tripped_joint(l
     assert not any(joint for *_, joint in seen[: trip.cycle])
     assert seen[trip.cycle - 1][2]
     assert not seen[trip.cycle][2]
+
+
+def test_the_figure_of_a_log_marks_missing_bad_and_frozen_readings() -> None:
+    """Joint 3 says that its sensor is at fault, joint 5 sends nothing, joint 6 a broken CRC, joint 7 freezes."""
+    configuration = load_configuration("paper", robot="ku_dex")
+    sender, guard, drawn = Sender(WIRE, fd=True), Guard(configuration.block()), LogTimeline()
+    show = LogShow(configuration, drawn.watch)
+    torque = np.random.default_rng(2).normal(size=(90, 7))
+    torque[30:, 6] = torque[30, 6]
+    for cycle in range(90):
+        for joint in range(7):
+            signals = {"Position": 0.1, "Velocity": 0.0, "Torque": torque[cycle, joint]}
+            bad = joint == 2 and cycle == 10
+            frame = sender.frame(f"JointState{joint + 1}", {"SensorStatus": 3 if bad else 0, **signals}, cycle=cycle)
+            if joint == 5 and cycle == 21:
+                frame.data[0] ^= 0xFF
+            if not (joint == 4 and cycle == 20):
+                show.hear(frame)
+        show.show(guard.tick(cycle * 1000), cycle * 1e-3)
+    marked = np.argwhere(drawn.unusable[:30]).tolist()
+    assert marked == [[10, 2], [20, 4], [21, 5]]
+    assert drawn.unusable[32:, 6].all()
+    assert not drawn.unusable[30:, :6].any()
+
+
+def test_a_reading_beyond_the_wire_is_marked_in_a_score() -> None:
+    configuration = load_configuration("paper", robot="ku_dex")
+    values = np.zeros((5, 7))
+    recording = Recording("r", Path("r.csv"), np.arange(5) * 1e-3, values, values.copy(), values.copy(), None)
+    recording.q[3, 1] = -5.0
+    recording.tau[4, 6] = 1000.0
+    assert np.argwhere(beyond_wire(recording, configuration)).tolist() == [[3, 1], [4, 6]]
 
 
 @pytest.mark.parametrize("kind", ["log", "csv"])

@@ -5,9 +5,10 @@ import numpy as np
 
 from tauperp.config import TASKS, Configuration
 from tauperp.firmware import Verdict
+from tauperp.robot_side import SENSOR_OK
 from tauperp.run.moment import moment_of
 from tauperp.sim.moment import Puppet, Watch
-from tauperp.wire import Receiver
+from tauperp.wire import E2EStatus, Receiver
 
 
 class LogShow:
@@ -28,17 +29,25 @@ class LogShow:
             if configuration.settings.task[name].index != "off"
         }
         self._nothing = np.zeros(configuration.robot.n)
+        self._torque = np.zeros(configuration.robot.n)
+        self._heard = np.zeros(configuration.robot.n, bool)  # good readings since the last tick
 
     def hear(self, frame: can.Message) -> None:
         joint = self._joints.get(frame.arbitration_id)
         if joint is None:
             return
         received = self._receiver.receive(frame)
-        if received is not None and received.status.accepted and not received.invalid:
-            self._position[joint] = received.signals["Position"]
+        if received is None or received.invalid:
+            return
+        if received.status is E2EStatus.INITIAL:  # its signals are not decoded, and nothing is wrong with it
+            self._heard[joint] = True
+        elif received.status.accepted:
+            self._position[joint], self._torque[joint] = received.signals["Position"], received.signals["Torque"]
+            self._heard[joint] = received.signals["SensorStatus"] == SENSOR_OK
 
     def show(self, verdict: Verdict, time_s: float) -> None:
         """time_s since the log's beginning."""
         self._stage.pose(self._position, time_s)
         threshold = self._threshold.get(verdict.task, self._nothing)
-        self._watch(moment_of(self._stage, verdict, threshold))
+        self._watch(moment_of(self._stage, verdict, threshold, self._torque.copy(), ~self._heard))
+        self._heard[:] = False

@@ -6,8 +6,24 @@ from tauperp.firmware import State, Verdict
 from tauperp.sim.moment import Moment, Puppet
 
 
-def moment_of(stage: Puppet, verdict: Verdict, threshold_nm: np.ndarray) -> Moment:
+def moment_of(
+    stage: Puppet,
+    verdict: Verdict,
+    threshold_nm: np.ndarray,
+    torque_nm: np.ndarray | None = None,
+    unusable: np.ndarray | None = None,
+) -> Moment:
     """The stage as it stands, with what the guard says of it; nothing that touches it is known."""
     tripped = verdict.joint if verdict.state == State.STOPPED else 0
     torques = (verdict.residual, verdict.index, threshold_nm)
-    return Moment(stage.data.time, stage.model, stage.data, verdict.permitted, tripped, *torques, contact_n=0.0)
+    return Moment(
+        stage.data.time,
+        stage.model,
+        stage.data,
+        verdict.permitted,
+        tripped,
+        *torques,
+        contact_n=0.0,
+        torque=torque_nm,
+        unusable=unusable,
+    )

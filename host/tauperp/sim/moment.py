@@ -27,6 +27,8 @@ class Moment:
     index: NDArray[np.float64]  # the index of the active task
     threshold: NDArray[np.float64]
     contact_n: float  # force of all contacts on the arm
+    torque: NDArray[np.float64] | None = None  # (n,) as measured, Nm; None: not known
+    unusable: NDArray[np.bool_] | None = None  # (n,) readings that are missing, invalid, out of range; None: unknown
 
 
 Watch = Callable[[Moment], None]

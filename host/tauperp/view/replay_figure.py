@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauperp.config import TASKS, Configuration
-from tauperp.recording import Playback, Score, Trip
+from tauperp.recording import Playback, Recording, Score, Trip
+from tauperp.recording.score import faults
 from tauperp.replay.log_report import LogReplay
+from tauperp.run.reach import wire_range
 from tauperp.sim.moment import Moment
 from tauperp.view.timeline import ALARM, MUTED, Mark, Span, Timeline, draw
 from tauperp.words import spoken
@@ -23,6 +25,7 @@ def replay_figure(playback: Playback, score: Score) -> bytes:
     stops += [_mark(trip) for trip in score.input_stops]
     stops += [Mark(touch.start_s, "MISSED", colour=ALARM) for touch in score.missed]
     found = f"{len(score.found)} of {score.touches} touches found"
+    why = faults([score])
     return draw(
         Timeline(
             title=f"{recording.name}, {playback.configuration.robot.name}: {found}, {len(score.alarms)} alarms in "
@@ -35,9 +38,18 @@ def replay_figure(playback: Playback, score: Score) -> bytes:
             symbol=playback.configuration.settings.task[playback.task].index,
             stops=tuple(stops),
             touches=tuple(Span(touch.start_s, touch.end_s) for touch in recording.touches),
-            unusable=frozen(recording.tau),
+            unusable=frozen(recording.tau) | beyond_wire(recording, playback.configuration),
+            verdict="failed" if why else "passed",
+            why=tuple(why),
         )
     )
+
+
+def beyond_wire(recording: Recording, configuration: Configuration) -> NDArray[np.bool_]:
+    """(m, n) readings that a JointState cannot carry."""
+    most = wire_range(configuration.wire)
+    sizes = ((recording.q, most.position), (recording.qd, most.velocity), (recording.tau, most.torque))
+    return np.any([np.abs(values) > limit for values, limit in sizes], axis=0)
 
 
 def _found(latency_ms: float, trip: Trip) -> Mark:
@@ -71,12 +83,22 @@ class LogTimeline:
 
     def __init__(self) -> None:
         self._rows: list[tuple[float, bool, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = []
+        self._torque: list[NDArray[np.float64]] = []
+        self._unusable: list[NDArray[np.bool_]] = []
 
     def watch(self, moment: Moment) -> None:
         """One tick."""
         self._rows.append(
             (moment.time_s, moment.permitted, moment.residual.copy(), moment.index.copy(), moment.threshold.copy())
         )
+        nothing = np.zeros(len(moment.residual))
+        self._torque.append(nothing if moment.torque is None else moment.torque.copy())
+        self._unusable.append(nothing > 0 if moment.unusable is None else moment.unusable.copy())
+
+    @property
+    def unusable(self) -> NDArray[np.bool_]:
+        """(N, n) readings that were missing, invalid, out of range, or frozen."""
+        return np.array(self._unusable) | frozen(np.array(self._torque))
 
     def figure(self, replay: LogReplay) -> bytes | None:
         """The log as PNG; None if the guard never ticked."""
@@ -97,6 +119,7 @@ class LogTimeline:
                 verdict="passed" if replay.equal else "failed",
                 why=(replay.damage,) if replay.damage else different,
                 stops=tuple(_trip(trip) for trip in one.trips),
+                unusable=self.unusable,
             )
         )
 

@@ -80,7 +80,8 @@ def print_outcomes(outcomes: Sequence[Outcome], written: str | None = None) -> N
         report = outcome.report
         for number, collision in enumerate(report["collisions"]):
             table.add_row(_name(report) if number == 0 else "", *_row(collision))
-    console.print(table)
+    if table.row_count:
+        console.print(table)
     for outcome in outcomes:
         for line in _lines(outcome.report):
             console.print(line, highlight=False, soft_wrap=True)
