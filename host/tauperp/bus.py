@@ -34,23 +34,25 @@ _HELP = {
 
 
 class OwnFrames:
-    """Tells what a node sent itself from what others sent: a guard would take its own answers for another guard's.
+    """Distinguishes a node's own frames from those of others.
 
-    Most drivers keep or mark what comes back; python-can's multicast bus does neither, so there the newest frames that
-    were sent are remembered until they come back. Once each: those of two guards that started together are the same to
-    the last bit.
+    Otherwise a guard would mistake its own answers for another guard's.
+
+    Most drivers do not return sent frames, or mark them. python-can's multicast bus does neither. For it, the newest
+    sent frames are remembered until they come back, once each: the frames of two guards that started together have the
+    same bits.
     """
 
     def __init__(self, bus: can.BusABC) -> None:
         self._sent: deque[tuple[int, bytes]] | None = deque(maxlen=ECHOES) if isinstance(bus, UdpMulticastBus) else None
 
     def note(self, frame: can.Message) -> None:
-        """It has been sent."""
+        """Remember a sent frame."""
         if self._sent is not None:
             self._sent.append((frame.arbitration_id, bytes(frame.data)))
 
     def has(self, frame: can.Message) -> bool:
-        """Whether a frame that was received is one of them."""
+        """Whether this node sent a received frame."""
         if self._sent is None:
             return not frame.is_rx
         sent = (frame.arbitration_id, bytes(frame.data))

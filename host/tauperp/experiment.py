@@ -34,9 +34,9 @@ class Setup:
     """What a scenario is run on.
 
     bus         opens one node's connection; by default a virtual bus of this process
-    guard       "library": in this process, on a connection of its own; "bus": somebody else's, on that bus
+    guard       "library": in this process, with its own connection; "bus": an external guard on that bus
     real_time   paced by the clock, waiting for nobody; else in lockstep
-    patience    with a guard that is somebody else's
+    patience    with an external guard
     """
 
     bus: Callable[[], can.BusABC] | None = None

@@ -11,7 +11,7 @@ UNTOLD = "untold"
 
 @dataclass(frozen=True)
 class GuardIdentity:
-    """Whose guard it is, in its own words; None for what it has not told."""
+    """Identity of a guard as it reports it; None for what it has not reported."""
 
     firmware_version: str | None  # major.minor
     build_id: str | None  # four hex digits

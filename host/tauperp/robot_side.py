@@ -166,7 +166,7 @@ class RobotSide:
         if not (math.isfinite(period_s) and period_s > 0):
             raise InputError(f"period_s: {period_s} is not a positive number")
         self.joints = joints
-        self.cycle = -1  # under way
+        self.cycle = -1  # the current one
         wire = Wire.read() if wire is None else wire
         self.answer_s = period_s / 2 if answer_s is None else answer_s
         self.check = StopCheck(wire, answer_s=self.answer_s, hold_s=period_s + self.answer_s)

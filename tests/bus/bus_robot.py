@@ -56,7 +56,7 @@ class Robot:
         self._receiver = Receiver(wire)
 
     def frames(self) -> list[can.Message]:
-        """Of the cycle under way, in the order of the bus."""
+        """Frames of the current cycle, in the order of the bus."""
         cycle = self.cycle
         task = {"Task": self.task, "AccelX": 0.0, "AccelY": 0.0, "AccelZ": 0.0}
         frames = [

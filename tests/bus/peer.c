@@ -152,7 +152,7 @@ static int replay(const peer_t *self, const char *path) {
     while (fgets(line, sizeof line, file) != NULL) {
         line_number++;
         if (!parse(line, &wanted)) {
-            fail(path, "a line that is none of candump -L");
+            fail(path, "a line that candump -L does not write");
         }
         if (!is_of_guard(&wanted)) {
             pending[count++] = wanted;

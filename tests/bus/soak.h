@@ -57,7 +57,7 @@ typedef struct {
 
     /* what the robot knows was delivered intact */
     uint64_t good_sync, good_joints, good_task; /* the newest cycle of each, plus one; 0: none */
-    uint32_t joints_in;                         /* bit per joint of the cycle under way */
+    uint32_t joints_in;                         /* bit per joint of the current cycle */
     bool sync_in;
     bool bad_value; /* a sensor fault, a value out of range, or a StopCommand passed the E2E check in this cycle */
 

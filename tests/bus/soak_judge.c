@@ -113,7 +113,7 @@ void judge(soak_t *self) {
         breach(self, "permitted after a stop without a reset", NULL);
     }
     if (permitted && (self->cycle + 1u == self->push_until)) {
-        breach(self, "permitted while somebody pushes", NULL);
+        breach(self, "permitted during a push", NULL);
     }
     if (self->out.state == GUARD_STATE_FAULT) {
         breach(self, "the guard is in FAULT", NULL);

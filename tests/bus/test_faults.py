@@ -56,7 +56,9 @@ class Row:
     fault: str
     how: str
     reaction: str  # the reason of the stop, or "none"
-    latency_cycles: int | None  # answers that still permitted motion after the fault began; None: it went on
+    latency_cycles: (
+        int | None
+    )  # answers that still permitted motion after the fault began; None: the permission did not end
     counted: dict[str, int]  # of the guard's counters, those that moved
     permitted_on_bad_input: int  # answers; must be 0
 
@@ -188,7 +190,7 @@ def flipped_sync(frame: can.Message) -> can.Message:
 
 @dataclass
 class Run:
-    """What came of it."""
+    """The effect of a fault."""
 
     log: list[bool]  # permitted, from the fault's first cycle on
     reason: str
@@ -380,7 +382,7 @@ def test_a_second_guard_on_the_bus(
 def test_two_guards_that_start_together_permit_nothing(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
-    """Their frames are the same to the last bit, so that no check of the robot's could find them."""
+    """Their frames have the same bits, so no check of the robot could distinguish them."""
     processes = [start(configuration, "--lockstep") for _ in "12"]
     robot = Robot(configuration, wire, bus)
     robot.patience_s = 0.05

@@ -57,8 +57,8 @@ def test_minutes_of_random_faults_lose_no_frame_and_permit_nothing_wrongly(
 @pytest.mark.parametrize(
     ("field", "cycles", "breach"),
     [
-        ("threshold_nm", 400_000, "permitted while somebody pushes"),
-        ("debounce_ticks", 400_000, "permitted while somebody pushes"),
+        ("threshold_nm", 400_000, "permitted during a push"),
+        ("debounce_ticks", 400_000, "permitted during a push"),
     ],
 )
 def test_a_guard_that_does_not_see_pushes_is_a_breach(

@@ -21,7 +21,7 @@ def test_deadlines_are_looked_at_in_silence_too(start: Start, calm: Configuratio
     assert event["permitted"] is False
     frames = [bus.recv(1.0) for _ in range(12)]
     stops = [bytes(frame.data) for frame in frames if frame is not None and frame.arbitration_id == STOP_COMMAND]
-    assert len(stops) == 6, "it goes on to say so"
+    assert len(stops) == 6, "it keeps reporting it"
     assert {data[2] for data in stops[-2:]} == {0xF0}
     assert process.end()["timer_ticks"] > 5
 

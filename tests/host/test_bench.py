@@ -112,7 +112,7 @@ def test_another_compiler_is_said_and_not_compared() -> None:
 
 
 def test_on_the_baselines_own_system_another_compiler_is_not_optional() -> None:
-    """Or CI would go on without ever comparing anything."""
+    """Otherwise CI would pass without comparing anything."""
     verdict = judge({"m4f": {"float": counted()}}, {"m4f": "gcc 12.3.0"}, baseline_of(counted()), "debian 12")
     assert verdict.skipped == ["counts on m4f: the baseline is by gcc 12.2.0, these by gcc 12.3.0"]
 

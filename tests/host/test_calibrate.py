@@ -297,7 +297,7 @@ def frames_of(motion: Motion) -> list[can.Message]:
 def test_the_frames_of_a_bus_are_the_same_motion() -> None:
     motion = wave(2)
     frames = frames_of(motion)
-    frames[100].data[3] ^= 1  # fails its check: that cycle is no reading
+    frames[100].data[3] ^= 1  # fails its check: that cycle has no valid reading
     heard = motion_of_frames(frames, 7, "log")
     assert len(heard.time_s) >= len(motion.time_s) - 3
     assert heard.is_mean_torque

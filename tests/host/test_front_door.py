@@ -89,7 +89,7 @@ def _run(command: list[str | Path], folder: Path) -> str:
 
 @pytest.fixture(scope="module")
 def foreign(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A project of somebody else's, built: its build folder."""
+    """A foreign project that uses the firmware, built. Returns its build folder."""
     folder = tmp_path_factory.mktemp("foreign")
     for name, numeric in BLOCKS.items():
         block = folder / f"block_{name}.c"

@@ -88,7 +88,7 @@ def test_a_frame_with_a_value_that_cannot_be_is_not_believed() -> None:
     message = WIRE.message("StopCommand")
     listening = Listening().hear(TRIPPED)
     moving = next(frame for frame in listening.feed.frames(MOVING) if frame.arbitration_id == message.id)
-    moving.data[4] = 200  # a reason that is none
+    moving.data[4] = 200  # an unknown reason
     message.seal(moving.data, moving.data[1])
     snapshot = listening.one(moving).see()
     assert snapshot.total("crc_errors") == 0

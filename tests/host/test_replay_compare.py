@@ -128,7 +128,7 @@ def test_a_log_that_begins_in_the_middle_is_compared_from_where_both_guards_are_
 
 
 def test_a_log_that_begins_after_a_trip_has_its_resets_renumbered(logs: Path, tmp_path: Path) -> None:
-    """Two runs, the second of a guard that goes on counting: trip 2 is trip 1 of a guard that joins."""
+    """Two runs, the second of a guard that continues to count: trip 2 is trip 1 of a guard that joins."""
     configuration = replayed(logs / "fd.log", logs).comparison.configuration
     inputs = [frame for frame in frames_of(logs / "fd.log") if frame.arbitration_id not in (STOP, STATUS, INDEX)]
     sync = WIRE.message("Sync").id

@@ -71,6 +71,6 @@ def test_the_model_with_the_hand_is_the_one_that_fits(playbacks: dict[str, Playb
 
 
 def test_the_contact_index_is_all_but_blind_to_touches_by_hand(tmp_path: Path) -> None:
-    """A limit that users have to know: d_e explains away what a hand on a link does to the joints."""
+    """A limit that users have to know: d_e explains the torque of a hand on a link."""
     arguments = ["replay", "--robot", "panda", "--task", "contact", "--out", str(tmp_path)]
     assert cli.main([*arguments, "--csv", str(FOLDER / "f2.csv.gz")]) == 1

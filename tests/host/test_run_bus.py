@@ -1,4 +1,4 @@
-"""A robot against a guard that is somebody else's: on the bus, in its own time."""
+"""A robot with an external guard: on the bus, in its own time."""
 
 import json
 import os
@@ -58,7 +58,7 @@ SYNC, STOP_COMMAND = 0x020, 0x010
 
 
 class GuardThread(threading.Thread):
-    """The library's guard in lockstep on a virtual bus, as somebody else would run it.
+    """The library's guard in lockstep on a virtual bus, as an external guard.
 
     `mute_from`, `restart_at` are cycles; `delays_s` are slept before the answer to a cycle. One that is `alone` does
     not hear what other guards say.

@@ -48,7 +48,7 @@ MISTAKES = {
     "an unknown task": ('task = "payload"', 'task = "lift"', "phase.0.task: should be 'none', 'payload' or"),
     "an unknown robot": ('robot = "ku_dex"', 'robot = "r2d2"', "r2d2"),
     "an unknown preset": ('config = "paper"', 'config = "papr"', "papr"),
-    "a guard's key that is none": ('config = "paper"', 'config = "paper"\nguard = { tsk = 1 }', "tsk: unknown key"),
+    "an unknown key of the guard": ('config = "paper"', 'config = "paper"\nguard = { tsk = 1 }', "tsk: unknown key"),
     "a point in two ways": ("offset_m =", "joints_rad = [0.0]\noffset_m =", "point.A: must have either offset_m or"),
     "too few joints": ("offset_m = [0.0, 0.1, 0.0]", "joints_rad = [0.0]", "point.A.joints_rad: 1 values for 7 joints"),
     "no phase": (GOOD, 'robot = "ku_dex"', "phase: is missing"),

@@ -92,8 +92,8 @@ def test_without_a_rest_there_are_none_and_the_report_says_so(configuration: Con
     recording.qd[:, 2] = 0.1
     found = find_offsets(recording, configuration)
     assert (found.source, found.nm.tolist()) == ("zero", [0.0] * 7)
-    assert "nowhere rests" in found.told
-    with pytest.raises(InputError, match="nowhere rests untouched"):
+    assert "never rests" in found.told
+    with pytest.raises(InputError, match="never rests untouched"):
         find_offsets(recording, configuration, "rest")
 
 

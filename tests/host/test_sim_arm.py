@@ -91,7 +91,7 @@ def test_motors_give_no_more_than_their_largest_torque(robot: Robot) -> None:
     arm = Arm(robot, period_s=PERIOD_S)
     arm.reset(home(robot, Dynamics(robot)))
     arm.step(np.full(robot.n, 1e4))
-    largest = [0.97 * joint.torque_max for joint in robot.joints]  # the sensor does not come to its end
+    largest = [0.97 * joint.torque_max for joint in robot.joints]  # the sensor does not saturate
     assert np.allclose(arm.data.qfrc_actuator[: robot.n], largest)
 
 

@@ -1,4 +1,4 @@
-"""What the robot does when motion is not permitted: it stops as commanded, comes back the way it came, and goes on."""
+"""What the robot does when motion is not permitted: it stops as commanded, returns along its path, and continues."""
 
 import numpy as np
 import pytest

@@ -345,7 +345,7 @@ class RandomTicks:
         return frames
 
     def _spoil(self, frames: list[can.Message]) -> None:
-        """One of the faults of a bus: lost, repeated, delayed, damaged, or somebody else's."""
+        """One of the faults of a bus: lost, repeated, delayed, damaged, or of another node."""
         random = self._random
         at = int(random.integers(len(frames)))
         victim = frames[at]

@@ -1,4 +1,4 @@
-/* cycle: the frames of one cycle on the bus, as a robot with one controller and a joint each would send them. */
+/* cycle: the frames of one cycle on the bus, as a robot with one controller and one node per joint sends them. */
 #ifndef TAUPERP_BENCH_CYCLE_H
 #define TAUPERP_BENCH_CYCLE_H
 

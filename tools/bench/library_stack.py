@@ -1,6 +1,6 @@
 """Stack of functions that gcc wrote no call graph of (libgcc, newlib), by the instructions of the linked program.
 
-A bound, not a figure: everything that any function within reach takes off the stack pointer, each function once. It
+A bound, not a figure: everything that any reachable function subtracts from the stack pointer, each function once. It
 holds as long as no library function calls itself, which none of an integer or float helper does.
 """
 
@@ -40,7 +40,7 @@ def _register_bytes(operands: str) -> int:
 
 
 def taken(mnemonic: str, operands: str) -> int:
-    """Bytes that one instruction takes off the stack pointer. Raises ValueError where that is not to be seen."""
+    """Bytes that one instruction subtracts from the stack pointer. Raises ValueError if that is unknown."""
     name = mnemonic.split(".")[0]
     if name.startswith(("push", "vpush")) or (name.startswith(("stmdb", "stmfd", "vstmdb")) and "sp!" in operands):
         return _register_bytes(operands)
@@ -54,7 +54,7 @@ def taken(mnemonic: str, operands: str) -> int:
 
 
 def _ends(mnemonic: str, operands: str) -> bool:
-    """Whether control cannot go on to the next instruction."""
+    """Whether control cannot continue with the next instruction."""
     return bool(_RETURNS.match(mnemonic)) or (mnemonic.startswith(("pop", "ldm", "ldr")) and "pc" in operands)
 
 

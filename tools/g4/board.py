@@ -96,7 +96,7 @@ class Board:
             self.core.mem_write(address, data)
 
     def advance(self, now_us: int) -> None:
-        """Time goes on. A watchdog that was not served resets the core."""
+        """Advances time. A watchdog that was not served resets the core."""
         self.watchdog.now_us = now_us
         if not self.timer_stands:
             self.timer.now_us = now_us

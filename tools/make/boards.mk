@@ -84,7 +84,7 @@ JOINTS ?= 8
 IMAGE_OBJECTS = $(BUILD)/object/$(BOARD)-$(JOINTS)-$(NUMERIC)$(if $(LOCKSTEP),-lockstep)$(if $(EMULATOR),-emulator)
 IMAGE_SOURCES = $(filter-out firmware/robots/%,$(FIRMWARE_SOURCES)) $(COMMON_SOURCES) \
     $(wildcard firmware/boards/$(BOARD)/*.c firmware/boards/$(BOARD)/*.S)
-# A configuration of one's own names its robot, unless ROBOT is given as well.
+# A user's configuration names its robot, unless ROBOT is given as well.
 IMAGE_ROBOT = $(if $(filter default paper,$(CONFIG))$(filter command line environment,$(origin ROBOT)),--robot $(ROBOT))
 IMAGE_BLOCK = $(IMAGE:.elf=.block)
 CONFIG_COMMAND = $(TAUPERP) config $(CONFIG) $(IMAGE_ROBOT) --numeric $(BLOCK_NUMERIC_$(NUMERIC))

@@ -243,7 +243,7 @@ def _correct(
     if payload.is_there:
         notes.append(
             f"r looks like a payload of {payload.mass_kg:+.2f} kg ({100 * payload.explained:.0f} % of its variance): "
-            "is something in the gripper, or is the hand missing from the model? Its weight was taken off before the "
+            "is something in the gripper, or is the hand missing from the model? Its weight was subtracted before the "
             "offsets were fitted; the thresholds of task none still hold it."
         )
         pairs = [(motion, residual - payload.torque(motion, configuration.robot)) for motion, residual in pairs]

@@ -121,7 +121,7 @@ class ApparentPayload:
 
     mass_kg: float
     first_moment_kg_m: FloatArray  # (3,) in the last link's axes, about the end-effector point
-    explained: float  # share of the variance of r, offsets and friction taken off
+    explained: float  # share of the variance of r without offsets and friction
     is_told_apart: bool  # the postures differ enough to tell its weight from offsets
 
     @property

@@ -32,7 +32,7 @@ class Motion:
     qd: FloatArray  # (m, n) rad/s
     tau: FloatArray  # (m, n) Nm
     is_mean_torque: bool  # the mean since the last row (the bus's joints), not a sample
-    touched: npt.NDArray[np.bool_] | None = None  # (m,) rows in which somebody touches the arm; None: none
+    touched: npt.NDArray[np.bool_] | None = None  # (m,) rows in which a person touches the arm; None: none
 
     @property
     def period_us(self) -> int:
@@ -69,7 +69,7 @@ class Motion:
         return parts
 
     def refuse_touches(self) -> None:
-        """Raises InputError if somebody touches the arm."""
+        """Raises InputError if a person touches the arm."""
         if self.touched is not None:
             at_s = float(self.time_s[int(np.argmax(self.touched))])
             raise InputError(f"{self.name}: touched at {at_s:.2f} s; this takes recordings without touches")

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _c_source(configuration: Configuration, block: bytes) -> str:
-    """The block as constants that a program of one's own links: firmware/api/tauperp.h."""
+    """The block as constants for a program of your own: firmware/api/tauperp.h."""
     words = [f"0x{int.from_bytes(block[i : i + 4], 'little'):08x}u" for i in range(0, len(block), 4)]
     lines = ["    " + ", ".join(words[i : i + 8]) + "," for i in range(0, len(words), 8)]
     return "\n".join(

@@ -60,7 +60,7 @@ def _refuse_foreign_options(args: argparse.Namespace) -> None:
 
 
 def _replay_log(args: argparse.Namespace) -> int:
-    from tauperp.view.replay_figure import LogTimeline  # takes its time: not before the arguments are good
+    from tauperp.view.replay_figure import LogTimeline  # slow to import: only after the arguments were checked
 
     drawn = LogTimeline()
     with watching(args, drawn.watch) as watch:

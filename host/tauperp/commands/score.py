@@ -140,7 +140,9 @@ def _preset_for(command: str, robot: str | None) -> str:
 
 
 def _write(out: Path, scored: list[Scored], content: str) -> None:
-    from tauperp.view.replay_figure import replay_figure  # matplotlib takes its time: not before the input is good
+    from tauperp.view.replay_figure import (
+        replay_figure,
+    )  # matplotlib is slow to import: only after the input was checked
 
     for one in scored:
         write_atomically(out / f"{one.name}.png", replay_figure(one.playback, one.score))

@@ -37,7 +37,7 @@ def load_configuration(
     chain       base, tip, tool and accept_inertia of the robot, as of tauperp.robot.load; over the file's
 
     On an arm with too few joints for d_e (6) or d_p (5) to see anything, a preset's task with that index is off; a
-    file of one's own that asks for it is refused. Raises InputError: one line with the file and the key.
+    user's file with such a task is refused. Raises InputError: one line with the file and the key.
     """
     is_preset = str(source) in preset_names()
     path = _PRESETS / f"{source}.toml" if is_preset else Path(source)

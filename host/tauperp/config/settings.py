@@ -20,7 +20,7 @@ MAX_INPUT_CYCLES = 15  # the E2E counter of Sync and TaskCommand cannot tell mor
 
 TASKS: dict[TaskName, int] = {"none": 1, "payload": 2, "contact": 3}  # numbers as on the wire
 COMPONENTS: dict[Component, int] = {"fx": 0, "fy": 1, "fz": 2, "mx": 3, "my": 4, "mz": 5}  # bits of index_config_t
-MAX_MORE = 3  # tasks of one's own, with the numbers 4, 5 and 6
+MAX_MORE = 3  # the installation's own tasks, with the numbers 4, 5 and 6
 
 
 def _one_or_many(value: Any) -> Any:
@@ -119,7 +119,7 @@ class Sensor(Table):
 
     offset_nm: Annotated[list[Annotated[float, Field(ge=-64, le=64)]], BeforeValidator(_one_or_many)] = Field(
         default=[0.0], min_length=1, max_length=MAX_JOINTS
-    )  # one for every joint, or one a joint
+    )  # one for all joints, or one per joint
     friction_nm: Annotated[list[Annotated[float, Field(ge=0, le=64)]], BeforeValidator(_one_or_many)] = Field(
         default=[0.0], min_length=1, max_length=MAX_JOINTS
     )  # Coulomb friction between sensor and link
@@ -131,7 +131,7 @@ class Task(Table):
     index: IndexName
     threshold_nm: Annotated[list[Any], BeforeValidator(_one_or_many), AfterValidator(_numbers)] = Field(
         default=[], max_length=MAX_JOINTS
-    )  # one for every joint, or one a joint; or for each channel a list of these
+    )  # one for all joints, or one per joint; or a list of these for each channel
     debounce_ticks: int = Field(ge=1, le=1000)
     components: list[Component] = Field(default=[], max_length=6)  # d_f: what the contact can transmit
     fast: list[Component] = Field(default=[], max_length=6)  # those of them that may change fast

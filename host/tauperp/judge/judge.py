@@ -135,7 +135,7 @@ class _Judge:
         return [round(float(value), 4) for value in masked.max(axis=0, initial=0.0)]
 
     def _collision(self, contact: Contact) -> dict[str, Any]:
-        """One strike. Detected: motion was stopped while it was under way, by the index (reason COLLISION) or because
+        """One strike. Detected: motion was stopped while it was in progress, by the index (reason COLLISION) or because
         the blow drove a sensor out of its range (INPUT_RANGE)."""
         trace, record = self._trace, contact.record
         begin, end = record.contact_s, record.release_s

@@ -177,7 +177,7 @@ def column_map(joints: int, path: str | Path | None = None, names: Sequence[str]
             if len(values) != joints:
                 raise InputError(f"{source}: {place}.{key}: {len(values)} {key}s for {joints} joints")
         if 0.0 in own:
-            raise InputError(f"{source}: {place}.factor: 0 makes nothing of joint {own.index(0.0) + 1}")
+            raise InputError(f"{source}: {place}.factor: must not be 0, as for joint {own.index(0.0) + 1}")
         factors = [sign * factor * unit for sign, factor in zip(signs, own, strict=True)]
         columns = table.columns
         if columns is None:

@@ -91,7 +91,7 @@ class _Source:
         if not isinstance(values, list) or len(values) != self.column.width:
             raise InputError(f"{path}: '{self.column.name}' does not hold {self.column.width} values")
         if not all(isinstance(one, int | float) for one in values):
-            raise InputError(f"{path}: '{self.column.name}' holds what is no number")
+            raise InputError(f"{path}: '{self.column.name}' holds a value that is not a number")
         return [float(one) for one in values]
 
     def _by_name(self, path: Path, values: Any, names: Any) -> Any:

@@ -66,7 +66,7 @@ def find_offsets(recording: Recording, configuration: Configuration, choice: str
     if choice == CALIBRATION or (choice is None and has_calibration):
         if not has_calibration:
             raise InputError(f"--offsets {CALIBRATION}: {configuration.source} has no [sensor] offset_nm")
-        return Offsets(nothing, CALIBRATION, f"[sensor] of {configuration.source}, taken off by the firmware")
+        return Offsets(nothing, CALIBRATION, f"[sensor] of {configuration.source}, subtracted by the firmware")
     if choice == ZERO:
         return Offsets(nothing, ZERO, "none, as asked for")
     if choice == REGRESSION:
@@ -76,8 +76,8 @@ def find_offsets(recording: Recording, configuration: Configuration, choice: str
     rest = find_rest(recording)
     if rest is None:
         if choice == REST:
-            raise InputError(f"{recording.path}: the arm nowhere rests untouched for {REST_S:g} s, to give the offsets")
-        return Offsets(nothing, ZERO, f"none: the arm nowhere rests untouched for {REST_S:g} s")
+            raise InputError(f"{recording.path}: the arm never rests untouched for {REST_S:g} s, to give the offsets")
+        return Offsets(nothing, ZERO, f"none: the arm never rests untouched for {REST_S:g} s")
     values = _at_rest(recording, rest, configuration.robot)
     span = f"{recording.time_s[rest.start]:.2f} to {recording.time_s[rest.stop - 1]:.2f} s"
     return Offsets(values, REST, f"measured minus gravity torque at rest, {span}")
@@ -148,7 +148,7 @@ def _from_file(path: Path, configuration: Configuration) -> Offsets:
     still = read_recording(path, configuration.robot.n)
     rest = find_rest(still)
     if rest is None:
-        raise InputError(f"{path}: the arm nowhere rests untouched for {REST_S:g} s, to give the offsets")
+        raise InputError(f"{path}: the arm never rests untouched for {REST_S:g} s, to give the offsets")
     return Offsets(_at_rest(still, rest, configuration.robot), path.name, f"at rest in {path}")
 
 

@@ -38,9 +38,9 @@ def read_recording(
 ) -> Recording:
     """Read a recording of an arm with so many joints, with the columns of the map or the default ones.
 
-    names: of the joints, to pick values by where a message has names. A row that is no reading (not a number, not
+    names: of the joints, to pick values by where a message has names. A row without a valid reading (not a number, not
     finite, back in time) ends the recording as damage does: the rows before it are there. Rows without any reading and
-    repeated time stamps are left out and told in `notes`. Raises InputError if the file cannot be opened, lacks a
+    repeated time stamps are left out and reported in `notes`. Raises InputError if the file cannot be opened, lacks a
     column, has fewer than two good rows or more than MAX_ROWS, or if the map is wrong.
     """
     path = Path(path)
@@ -90,7 +90,7 @@ def _notes(skipped: Skipped) -> list[str]:
 
 
 class _Rows:
-    """The rows of a file in s, rad, rad/s and Nm, up to the first that is no reading."""
+    """The rows of a file in s, rad, rad/s and Nm, up to the first invalid row."""
 
     def __init__(self, path: Path, columns: ColumnMap, with_label: bool, by_line: bool) -> None:
         self.blocks: list[FloatArray] = []
@@ -107,7 +107,7 @@ class _Rows:
         self._read = 0
 
     def take(self, raw: FloatArray, skipped: Skipped) -> None:
-        """One more block. Raises TableDamage, with the place, at the first row that is no reading."""
+        """One more block. Raises TableDamage, with the place, at the first invalid row."""
         times = len(self._columns.time)
         if self._by_line:
             where = np.array(skipped.lines[self._read : self._read + len(raw)])

@@ -35,7 +35,7 @@ _FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 class AscReader:
     """Frames of the lines that `next_line` gives, the empty string at the end; times from the file's begin, s.
 
-    Raises ValueError, in words for a person, for a line that looks like a frame and is none.
+    Raises ValueError, with a readable message, for a line that looks like a frame but is not one.
     """
 
     def __init__(self, next_line: Callable[[], str]) -> None:
@@ -123,5 +123,5 @@ class AscReader:
 
 def _number(word: str, base: int) -> int:
     if not word.isalnum():
-        raise ValueError(f"{word!r} is no number")
+        raise ValueError(f"{word!r} is not a number")
     return int(word, base)

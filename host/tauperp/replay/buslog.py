@@ -232,7 +232,7 @@ class _Lines:
 
 
 class _Bytes:
-    """A binary file for python-can's readers that notices where it ends too early, and goes on with what is there: a
+    """A binary file for python-can's readers that detects a premature end, and continues with the data so far: a
     container that is cut still holds frames."""
 
     def __init__(self, raw: IO[bytes], size: int) -> None:

@@ -2,7 +2,7 @@
 
 Each StopCommand in the log is one tick: everything the log has before it is received, the guard ticks, and what it
 sends is compared with what the log has from there to the next StopCommand. What cannot be the same is masked, by
-signal, and told; `masked_signals` says what and why. A frame with a masked signal is compared without its CRC.
+signal, and reported; `masked_signals` states what and why. A frame with a masked signal is compared without its CRC.
 
 Time. A guard in lockstep has one tick a period, and every frame counts as received at its tick's time: that is done
 again, exactly. A guard in real time had a clock that the log does not hold; the time stamps of the log stand for it.
@@ -10,7 +10,7 @@ again, exactly. A guard in real time had a clock that the log does not hold; the
 Start. If the log's guard had not heard the robot yet, a new guard is in the same state after as many idle ticks as
 bring its counters, pages and joints to those of the log. If it had (it was joined), a new guard hears the robot from
 the log's beginning, and comparing begins when it and the log's guard both permit motion and its observer has forgotten
-its start. From then on a GuardReset in the log is handed over with the trip number that the new guard counts.
+its start. From then on a GuardReset in the log is passed on with the trip number that the new guard counts.
 """
 
 import dataclasses

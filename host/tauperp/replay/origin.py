@@ -97,7 +97,7 @@ def look_ahead(frames: Iterator[can.Message], wire: Wire, path: Path) -> tuple[l
 def _ticks_before(stop: can.Message, told: dict[int, tuple[int, can.Message]], wire: Wire, joints: int) -> int:
     """How many ticks bring a new guard to the counters, page and joint of the log; 0 if none does.
 
-    The t-th tick since its start sends StopCommand with counter t, and by turns the next page or the next joint.
+    The t-th tick since its start sends StopCommand with counter t, and alternately the next page or the next joint.
     """
     status, index = wire.message("GuardStatus"), wire.message("GuardIndex")
     kinds = {status.id: (1, Field.of(status, "Page"), _PAGES), index.id: (0, Field.of(index, "Joint"), joints)}

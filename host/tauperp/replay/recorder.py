@@ -1,4 +1,4 @@
-"""Writing a bus log while a run goes on, by python-can's writers.
+"""Writes a bus log during a run, with python-can's writers.
 
 The file appears under its name when it is complete: at the end of the run, or on Ctrl-C with every frame until then. A
 run that ends by an error leaves nothing behind.
@@ -87,7 +87,7 @@ def _writer(path: Path, beside: Path) -> can.io.generic.MessageWriter:
 
 
 def _name(beside: Path, path: Path) -> None:
-    """Give the finished file its name, unless somebody else has taken it meanwhile."""
+    """Give the finished file its name, unless another process has used the name meanwhile."""
     try:
         os.link(beside, path)
     except FileExistsError:

@@ -120,7 +120,7 @@ def _reader(model: pin.Model, ids: list[int], tip: int, base: Array) -> Reader:
             at = slice(joint.idx_q, joint.idx_q + joint.nq)
             position[at] = [angle] if joint.nq == 1 else [np.cos(angle), np.sin(angle)]  # continuous
             velocity[joint.idx_v] = speed
-        n = model.nv  # reshape: of one joint Pinocchio hands over vectors
+        n = model.nv  # reshape: for one joint Pinocchio returns vectors
         mass = np.reshape(pin.crba(model, data, position), (n, n))
         mass = np.triu(mass) + np.triu(mass, 1).T
         coriolis = np.reshape(pin.computeCoriolisMatrix(model, data, position, velocity), (n, n))

@@ -16,7 +16,7 @@ _NUMBERS = (
 
 
 def identifier(text: str) -> str:
-    """The C name of a robot: what is no letter, digit or underscore becomes an underscore, capitals become small.
+    """The C name of a robot: characters other than letters, digits and underscores become underscores; all lower case.
 
     Raises InputError if nothing is left of it.
     """

@@ -31,7 +31,7 @@ KINDS = {
 def compile_mjcf(path: Path, data: bytes, accept_inertia: bool = False) -> tuple[mujoco.MjModel, tuple[str, ...]]:
     """The model of a file, without the meshes and pictures that no inertia needs, and what accept_inertia changed.
 
-    data: the file's content, for what is no regular file. A regular one MuJoCo reads itself, with all that it includes.
+    data: the file's content, if it is not a regular file. A regular one MuJoCo reads itself, with all that it includes.
     """
     said: list[str] = []
     before = mujoco.get_mju_user_warning()
@@ -68,7 +68,7 @@ def _refuse_sizes(path: Path, model: mujoco.MjModel) -> None:
             raise InputError(f"{path.name}: holds a number beyond {most:g} (m, rad, kg, kg m^2 or m/s^2)")
     for quaternions in (model.body_quat, model.body_iquat, model.site_quat):
         if not np.all(np.abs(np.sum(np.square(quaternions), axis=1) - 1.0) < 1e-6):
-            raise InputError(f"{path.name}: holds an orientation that is none")
+            raise InputError(f"{path.name}: contains an orientation that is not a unit quaternion")
 
 
 def read_mjcf(path: Path, data: bytes, accept_inertia: bool = False) -> tuple[Tree, tuple[str, ...]]:

@@ -60,7 +60,7 @@ class Robot:
     joints: tuple[Joint, ...]
     tip: Array  # (3,) m, the end-effector point in the last joint's frame
     gravity: Array  # (3,) m/s^2 in the base frame
-    capsules: tuple[Capsule, ...]  # one a joint, in the joint's frame
+    capsules: tuple[Capsule, ...]  # one per joint, in the joint's frame
     tip_rotation: Array = field(default_factory=lambda: np.eye(3))  # of the tip link in the last joint's frame
     source: Source | None = None
     note: str = ""  # where the numbers come from

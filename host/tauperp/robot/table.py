@@ -130,7 +130,7 @@ def _slides(rotation: list[Array], offset: list[Array]) -> list[float]:
 def _minimal_parameters(
     robot: Robot, to_table: list[Array], slide: list[float], twist: list[float], offset: list[Array]
 ) -> tuple[list[Array], list[Array]]:
-    """First moments (3,) and inertias (3, 3) about the frames' origins that are left when every rod is handed on."""
+    """First moments (3,) and inertias (3, 3) about the frames' origins, without the rods that moved to the parents."""
     n = robot.n
     mass = [joint.mass for joint in robot.joints]
     moment = [to_table[i] @ (joint.mass * (joint.com - slide[i] * joint.axis)) for i, joint in enumerate(robot.joints)]

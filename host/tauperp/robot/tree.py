@@ -116,7 +116,7 @@ class Tree:
         beyond: dict[str, list[str]] = {}  # joints by what is said of their limits
         joints: list[Joint] = []
         capsules: list[list[Capsule]] = []
-        pose = Pose()  # of the link at hand in the last moving joint's frame
+        pose = Pose()  # of the current link in the last moving joint's frame
         for link in path:
             pose = pose @ link.pose
             if link.joint.kind != REVOLUTE:

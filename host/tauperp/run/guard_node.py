@@ -13,7 +13,7 @@ class GuardPeer(Protocol):
     """The guard on the bus: in this process, or external."""
 
     remote: bool  # it runs on its own, and only its frames show its state
-    verdict: Verdict | None  # of the last tick, where it can be looked into
+    verdict: Verdict | None  # of the last tick; None for an external guard
 
     def turn(self, now_us: int) -> None:
         """Receive, tick and answer for the cycle that was just sent."""

@@ -90,7 +90,7 @@ class GuideTable(Described):
 
 
 class StepTable(Described):
-    """One thing to do: a move to a point, standing still, or yielding to a person's hand in impedance control."""
+    """One step: a move to a point, standing still, or yielding to a person's hand in impedance control."""
 
     move: str | None = None
     """Name of a point: straight to its `offset_m`, or to its `joints_rad` joint by joint."""
@@ -188,12 +188,12 @@ class PlantTable(Described):
     rotor_kg_m2: list[NotNegative] = []
     """Or the inertia of the rotors themselves, one value per joint, with `gear_ratio`."""
     gear_ratio: list[Positive] = []
-    """One a joint."""
+    """Gear ratio, one value per joint."""
 
     @model_validator(mode="after")
     def _one_rotor(self) -> "PlantTable":
         if bool(self.rotor_kg_m2) != bool(self.gear_ratio) or len(self.rotor_kg_m2) != len(self.gear_ratio):
-            raise ValueError("rotor_kg_m2 and gear_ratio belong together, one value a joint each")
+            raise ValueError("rotor_kg_m2 and gear_ratio belong together, with one value per joint")
         if self.rotor_kg_m2 and self.rotor_inertia_kg_m2:
             raise ValueError("must have either rotor_inertia_kg_m2 or rotor_kg_m2 with gear_ratio")
         return self

@@ -43,12 +43,14 @@ class Trace:
     time_s: Vector  # (N,) of the Sync
     residual_nm: Vector  # (N, n) r
     index_nm: Vector  # (N, n) the index in force
-    told: NDArray[np.int64]  # (N, n) the row in which the value of both was new: its own, unless the bus tells in turns
+    told: NDArray[
+        np.int64
+    ]  # (N, n) the row in which the value of both was new: its own, unless the bus reports one joint after the other
     threshold_nm: Vector  # (N, n) of the task in force
     task: NDArray[np.int64]  # (N,)
     phase: NDArray[np.int64]  # (N,) from 0
     permitted: NDArray[np.bool_]  # (N,)
-    contact_n: Vector  # (N,) force of all hands on the arm
+    contact_n: Vector  # (N,) force of all contacts on the arm
     guiding_n: Vector  # (N,) intended force
     tip_speed_m_s: Vector  # (N,)
     stops: tuple[Stop, ...]
@@ -59,7 +61,7 @@ class Trace:
     unusable: NDArray[np.bool_] | None = None
 
     def under_way(self, settle_s: float) -> NDArray[np.bool_]:
-        """(N,) whether a collision is under way: from its first touch until `settle_s` after its last."""
+        """(N,) whether a collision is in progress: from its first touch until `settle_s` after its last."""
         mask = np.zeros(len(self.time_s), bool)
         for contact in self.contacts:
             begin, end = contact.record.contact_s, contact.record.release_s
@@ -68,7 +70,7 @@ class Trace:
         return mask
 
     def free(self, settle_s: float) -> NDArray[np.bool_]:
-        """(N, n) whether no collision is under way, neither now nor when the values of r and the index were new."""
+        """(N, n) whether no collision is in progress, neither now nor when the values of r and the index were new."""
         rows = ~self.under_way(settle_s)
         return rows[:, None] & rows[self.told]
 

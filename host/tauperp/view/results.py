@@ -40,7 +40,7 @@ class Results:
 
     def write(self, outcome: Outcome, name: str) -> str:
         """Write all files with this name. Returns their names as text."""
-        from tauperp.view.experiment_figure import run_figure  # matplotlib takes its time: not before it is needed
+        from tauperp.view.experiment_figure import run_figure  # matplotlib is slow to import: only if needed
 
         write_atomically(self._folder / f"{name}.json", json.dumps(outcome.report, indent=2) + "\n")
         write_atomically(self._folder / f"{name}.png", run_figure(outcome))

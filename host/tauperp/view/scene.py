@@ -15,7 +15,7 @@ from tauperp.files import write_atomically
 from tauperp.sim.model import geom_name
 from tauperp.sim.moment import Moment
 
-LINKS = ((0.86, 0.87, 0.88, 1.0), (0.70, 0.73, 0.77, 1.0))  # light greys by turns, so that joints are seen
+LINKS = ((0.86, 0.87, 0.88, 1.0), (0.70, 0.73, 0.77, 1.0))  # alternating light greys, so that joints are visible
 TRIPPED = (0.85, 0.10, 0.10, 1.0)
 CONTACT = (1.0, 0.55, 0.0, 1.0)
 HAND = (0.93, 0.72, 0.56, 0.5)  # to be looked through, at the point where it touches

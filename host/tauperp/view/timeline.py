@@ -69,7 +69,7 @@ class Timeline:
     verdict: str = ""  # passed, failed, incomplete; empty: there is none
     why: tuple[str, ...] = ()
     stops: tuple[Mark, ...] = ()
-    touches: tuple[Span, ...] = ()  # while somebody touched the arm
+    touches: tuple[Span, ...] = ()  # while a person touched the arm
     forces: tuple[Mark, ...] = ()  # labels of the contact force
     phases: tuple[Span, ...] = ()
     contact_n: Array | None = None  # (N,)

@@ -53,7 +53,7 @@ int main(void) {
     log_text("provoked\n");
     log_flush();
     PROVOKE();
-    log_text("and went on\n");
+    log_text("and continued\n");
     log_flush();
     board_halt();
 }
