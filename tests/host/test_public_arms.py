@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tauperp.campaign.plan import Plan, PlanFile
 from tauperp.config import load_configuration
 from tauperp.errors import InputError
 from tauperp.experiment import EXPERIMENTS, load_experiment, run_experiment, run_scenario
@@ -105,6 +106,14 @@ def test_a_rotor_that_is_given_is_taken_and_one_that_is_not_is_estimated() -> No
     assert 0.01 < robot.joints[2].rotor_inertia < 1.0
     assert note is not None
     assert "rotor inertia of joint3 is not given" in note
+
+
+def test_a_campaign_estimates_rotors_too_and_says_so() -> None:
+    given = load_configuration("default", robot=arm("xarm7"))
+    plan = Plan(PlanFile(collisions=1, free_moves=20), given, Path("plan.toml"))
+    assert all(joint.rotor_inertia > 0 for joint in plan.configuration.robot.joints)
+    assert plan.assumed[0].startswith("rotor inertia is not given: estimated")
+    assert plan.configuration.crc() == given.crc()  # the firmware's table has no rotors
 
 
 def test_a_scenario_gives_rotors_by_their_own_inertia_and_gear(tmp_path: Path) -> None:

@@ -208,6 +208,17 @@ def test_a_safety_controller_and_a_default_name_space_change_nothing(tmp_path: P
     assert read(tmp_path, text.replace("<robot", '<robot xmlns="http://www.ros.org"')).n == 2
 
 
+@pytest.mark.parametrize("declared", ["", ' xmlns:drake="http://drake.mit.edu"'])
+def test_a_transmission_gives_the_rotor_inertia_of_its_joint(tmp_path: Path, declared: str) -> None:
+    rotor = (
+        '<transmission><joint name="j2"/><actuator name="m"><drake:rotor_inertia value="2e-5"/>'
+        '<drake:gear_ratio value="100"/></actuator></transmission>'
+    )
+    robot = read(tmp_path, arm(rotor).replace("<robot", f"<robot{declared}", 1))
+    assert [joint.rotor_inertia for joint in robot.joints] == pytest.approx([0.0, 0.2])
+    refused(tmp_path, arm(rotor.replace("2e-5", "much")), "'much' is not a number")
+
+
 def test_an_origin_turns_by_a_quaternion_too(tmp_path: Path) -> None:
     half = np.sin(np.pi / 4)
     turned = read(tmp_path, arm(inside=f'<origin xyz="0 0 0.3" quat_xyzw="{half} 0 0 {half}"/>' + AXIS + LIMIT).replace(

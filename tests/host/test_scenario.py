@@ -1,19 +1,40 @@
 """Scenario files: what a new user gets wrong is one line with the file, the place and what is wanted instead."""
 
+import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import BaseModel
 
 from tauperp.cli import main
 from tauperp.errors import InputError
 from tauperp.experiment import run_scenario
 from tauperp.files import repository_root
+from tauperp.run import tables as scenario_tables
 from tauperp.run.describe import markdown
 from tauperp.run.scenario import Scenario, load_scenario, shipped
 from tauperp.run.tables import ScenarioTable
+from tauperp.sim.arm import Payload
+from tauperp.sim.contact import Strike
+from tauperp.sim.control import ImpedanceGains
+from tauperp.sim.guiding import GuidingForce
+from tauperp.sim.motion import Recovery
+from tauperp.sim.sensors import SensorFault, SensorModel
+from tauperp.sim.trajectory import Limits
 from tauperp.toml import tables
 
+DEFINED_ONCE = [
+    (scenario_tables.PayloadTable, Payload),
+    (scenario_tables.StrikeTable, Strike),
+    (scenario_tables.GuideTable, GuidingForce),
+    (scenario_tables.SensorTable, SensorModel),
+    (scenario_tables.FaultTable, SensorFault),
+    (scenario_tables.LimitTable, Limits),
+    (scenario_tables.ImpedanceTable, ImpedanceGains),
+    (scenario_tables.RecoveryTable, Recovery),
+]
 GOOD = """
 robot = "ku_dex"
 config = "paper"
@@ -135,3 +156,16 @@ def test_a_task_that_is_off_for_this_arm_is_refused(tmp_path: Path) -> None:
     text = GOOD + '[guard.task.payload]\nindex = "off"\n'
     with pytest.raises(InputError, match=r"phase\.0\.task: 'payload' is off"):
         load_scenario(written(tmp_path, text))
+
+
+@pytest.mark.parametrize(("table", "simulated"), DEFINED_ONCE, ids=lambda kind: kind.__name__)
+def test_a_table_has_every_key_of_what_the_simulation_takes_and_its_defaults(
+    table: type[BaseModel], simulated: type[Any]
+) -> None:
+    renamed = {"start_s": "after_s"} if simulated is GuidingForce else {}
+    own = {"limits"} if simulated is Recovery else set()  # of the retreat: no key of a scenario
+    for field in dataclasses.fields(simulated):
+        if field.name not in own:
+            key = table.model_fields[renamed.get(field.name, field.name)]
+            assert key.is_required() == (field.default is dataclasses.MISSING)
+            assert key.is_required() or key.default == field.default

@@ -13,6 +13,7 @@ Ranges are [lowest, highest], drawn evenly. A table that is left out has the val
 go into recordings of a real arm instead of a simulation.
 """
 
+import dataclasses
 import hashlib
 import json
 from pathlib import Path
@@ -23,6 +24,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from tauperp.config import TASKS, Configuration, TaskName, load_configuration, preset_names
 from tauperp.errors import InputError
 from tauperp.sim.contact import BODY_PARTS
+from tauperp.sim.rotor import with_rotors
 from tauperp.sim.sensors import SENSOR_PRESETS, SensorModel
 from tauperp.toml import Table, read_toml, validate
 
@@ -163,7 +165,9 @@ class Plan:
     def __init__(self, file: PlanFile, configuration: Configuration, path: Path) -> None:
         self.file = file
         self.path = path
-        self.configuration = configuration
+        robot, note = with_rotors(configuration.robot)
+        self.configuration = configuration if note is None else dataclasses.replace(configuration, robot=robot)
+        self.assumed = () if note is None else (note,)  # of the simulated arm
         self.sensors = _sensor_model(file.sensors, path)
         self.links = file.collision.links or (min(2, configuration.robot.n), configuration.robot.n)
         n = configuration.robot.n

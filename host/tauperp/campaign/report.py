@@ -78,6 +78,7 @@ def _write(plan: Plan, folder: Path, outcomes: Sequence[Outcome], effort: Effort
         "plan": str(plan.path),
         "digest": plan.digest,
         "robot": plan.configuration.robot.name,
+        "assumed": list(plan.assumed) if recording is None else [],
         "rate_hz": configuration.settings.wire.rate_hz,
         "sensors": str(plan.sensors) if recording is None else "as recorded: " + ", ".join(recording.files),
         "thresholds_from": plan.file.thresholds.source if recording is None else "the first part of each recording",
@@ -157,6 +158,7 @@ def lines(report: dict[str, Any]) -> list[str]:
             f"{effort['runs_of_this_process']} runs, {effort['simulated_s']:.0f} s simulated in "
             f"{effort['wall_s']:.0f} s: {effort['times_real_time_per_core']:g} times real time on each core"
         )
+    text += report["assumed"]
     text.append(provenance_line(report["hashes"]))
     return text
 
@@ -169,6 +171,7 @@ def _html(title: str, report: dict[str, Any], png: bytes) -> str:
             "A collision counts as found if the guard stops during the push or within 0.1 s after it."
         ),
         page.figure(png, "ROC, latencies, links and heat map of each task"),
+        *(page.note(sentence) for sentence in report["assumed"]),
     ]
     for one in report["tasks"]:
         stops = one["false_stops"]

@@ -24,14 +24,14 @@ from tauperp.kernel import layout
 from tauperp.kernel.detectors import Detector
 from tauperp.robot import Robot
 from tauperp.sim.contact import Hand, Strike
+from tauperp.sim.control import BANDWIDTH_RAD_S
 from tauperp.sim.model import PAYLOAD, TIP, build_spec, geom_name
+from tauperp.sim.motion import Recovery
 from tauperp.wire import WireMessage
 
 Rows = npt.NDArray[Any]  # of a structured type of tauperp.kernel.layout
 Readings = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]  # q, qd, tau: (m, n)
 
-BANDWIDTH_RAD_S = 40.0  # of the position controller, as tauperp.sim.control has it
-DECELERATION_RAD_S2 = 6.0  # of a stop, as tauperp.sim.motion has it
 HAND = "hand0"
 
 _SIGNALS = {
@@ -146,7 +146,7 @@ class Bench:
         setup["period_us"], setup["substeps"], setup["joints"] = period_us, substeps, n
         setup["channels"] = first.channels
         setup["fd"] = first.settings.wire.format == "fd"
-        setup["bandwidth_rad_s"], setup["deceleration_rad_s2"] = BANDWIDTH_RAD_S, DECELERATION_RAD_S2
+        setup["bandwidth_rad_s"], setup["deceleration_rad_s2"] = BANDWIDTH_RAD_S, Recovery.deceleration_rad_s2
         self._name_parts(robot)
         for place, name in (("sync", "Sync"), ("task", "TaskCommand"), ("reset", "GuardReset")):
             _fill_message(setup[place], first.wire.message(name), _SIGNALS[name])

@@ -1,4 +1,4 @@
-"""URDF as a tree of links. Meshes, colours, transmissions and everything else that has no mass is not looked at.
+"""URDF as a tree of links. Meshes, colours and everything else that has no mass is not looked at.
 
 Link and joint names are two name spaces. An origin turns by rpy or by quat_xyzw. A link whose mass is zero is a frame.
 """
@@ -53,7 +53,8 @@ def read_urdf(path: Path, root: ElementTree.Element) -> Tree:
         raise InputError(f"{where}: links '{roots[0]}' and '{roots[1]}' are not connected")
     _refuse_loop(parents, where)
 
-    tree = [_link(name, element, parents.get(name), where) for name, element in links.items()]
+    rotors = _rotors(root, where)
+    tree = [_link(name, element, parents.get(name), rotors, where) for name, element in links.items()]
     return Tree(root.get("name") or path.stem, tree, np.array([0.0, 0.0, -GRAVITY_M_S2]))
 
 
@@ -103,8 +104,30 @@ def _refuse_loop(parents: dict[str, tuple[str, ElementTree.Element]], where: str
             link = parent
 
 
+def _rotors(root: ElementTree.Element, where: str) -> dict[str, float]:
+    """Rotor inertia reflected to each joint, kg m2, of the transmissions that say it.
+
+    URDF itself has no element for it; these are Drake's: drake:rotor_inertia and drake:gear_ratio of an actuator.
+    """
+    rotors: dict[str, float] = {}
+    for transmission in root.findall("transmission"):
+        values = {"rotor_inertia": 0.0, "gear_ratio": 1.0}
+        for element in transmission.findall("actuator/*"):
+            key = element.tag.removeprefix("drake:").removeprefix("{http://drake.mit.edu}")
+            if key in values and key != element.tag:
+                values[key] = _number(element, "value", f"{where}: transmission of an actuator")
+        joint = transmission.find("joint")
+        if joint is not None and values["rotor_inertia"] > 0.0:
+            rotors[joint.get("name", "")] = values["rotor_inertia"] * values["gear_ratio"] ** 2
+    return rotors
+
+
 def _link(
-    name: str, element: ElementTree.Element, hung: tuple[str, ElementTree.Element] | None, where: str
+    name: str,
+    element: ElementTree.Element,
+    hung: tuple[str, ElementTree.Element] | None,
+    rotors: dict[str, float],
+    where: str,
 ) -> TreeLink:
     place = f"{where}: link '{name}'"
     body = _body(element.find("inertial"), place)
@@ -113,7 +136,7 @@ def _link(
         return TreeLink(name, None, Pose(), TreeJoint(""), body, capsules=capsules)
     parent, joint = hung
     pose = _pose(joint.find("origin"), f"{where}: joint '{joint.get('name')}'")
-    return TreeLink(name, parent, pose, _joint(joint, where), body, capsules=capsules)
+    return TreeLink(name, parent, pose, _joint(joint, rotors, where), body, capsules=capsules)
 
 
 def _body(inertial: ElementTree.Element | None, place: str) -> Body:
@@ -145,7 +168,7 @@ def frame_warnings(root: ElementTree.Element) -> tuple[str, ...]:
     )
 
 
-def _joint(element: ElementTree.Element, where: str) -> TreeJoint:
+def _joint(element: ElementTree.Element, rotors: dict[str, float], where: str) -> TreeJoint:
     name = element.get("name", "")
     place = f"{where}: joint '{name}'"
     kind = element.get("type")
@@ -161,6 +184,7 @@ def _joint(element: ElementTree.Element, where: str) -> TreeJoint:
         axis=joint_axis,
         limits=Limits() if limit is None else _limits(limit, kind, place),
         mimics=None if mimic is None else mimic.get("joint", ""),
+        rotor_inertia=rotors.get(name, 0.0),
     )
 
 

@@ -1,5 +1,6 @@
 """Writes docs/scenario.md from the tables that check a scenario file: `python -m tauperp.run.describe > FILE`."""
 
+import math
 import typing
 from typing import Any, Literal
 
@@ -92,7 +93,7 @@ def _default(value: Any) -> str:
         return "-"
     if isinstance(value, tuple):
         return f"`{list(value)}`"
-    return "the end" if value == 1e9 else f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
+    return "the end" if value == math.inf else f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
 
 
 if __name__ == "__main__":

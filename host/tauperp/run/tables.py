@@ -8,7 +8,13 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from tauperp.config import TaskName
-from tauperp.sim.sensors import FaultKind
+from tauperp.sim.arm import Payload
+from tauperp.sim.contact import Strike
+from tauperp.sim.control import ImpedanceGains
+from tauperp.sim.guiding import GuidingForce
+from tauperp.sim.motion import Recovery
+from tauperp.sim.sensors import FaultKind, SensorFault, SensorModel
+from tauperp.sim.trajectory import Limits
 from tauperp.toml import Table
 
 
@@ -41,9 +47,9 @@ class PayloadTable(Described):
 
     mass_kg: Positive = Field(le=50)
     """Mass, kg."""
-    com_m: Vector3 = (0.0, 0.0, 0.0)
+    com_m: Vector3 = Payload.com_m
     """Centre of mass from the end-effector point, in the last link's axes, m."""
-    radius_m: Positive = 0.04
+    radius_m: Positive = Payload.radius_m
     """Radius of a solid ball with the same inertia, m."""
 
 
@@ -56,19 +62,19 @@ class StrikeTable(Described):
     """Time from the start of the step until the hand starts, s."""
     link: int = Field(ge=1)
     """Link that is struck, from 1."""
-    along: Share = 0.5
+    along: Share = Strike.along
     """Where on the link: 0 is the lower end of its axis, 1 the upper."""
     direction: Direction
     """Direction of the hand's motion; its length has no effect."""
-    frame: Literal["base", "link"] = "base"
+    frame: Literal["base", "link"] = Strike.frame
     """Of `direction`: the robot's base, or the link's own axes."""
-    part: Literal["hand", "forearm"] = "hand"
+    part: Literal["hand", "forearm"] = Strike.part
     """Part of the body by ISO/TS 15066: hand 0.6 kg and 75 N/mm, forearm 2 kg and 40 N/mm."""
-    speed_m_s: Positive = Field(default=0.3, le=2)
+    speed_m_s: Positive = Field(default=Strike.speed_m_s, le=2)
     """Speed of the hand before the contact, m/s."""
-    push_n: Positive = Field(default=100.0, le=1000)
+    push_n: Positive = Field(default=Strike.push_n, le=1000)
     """Peak of the push after the touch, half a sine wave, N. The impact may exceed it."""
-    duration_s: Positive = Field(default=0.2, le=10)
+    duration_s: Positive = Field(default=Strike.duration_s, le=10)
     """Duration of the push, s."""
 
 
@@ -77,15 +83,15 @@ class GuideTable(Described):
 
     step: int = Field(default=1, ge=1)
     """Step of `do` during which the force acts, from 1."""
-    after_s: NotNegative = 0.0
+    after_s: NotNegative = GuidingForce.start_s
     """Time from the start of the step until the force starts, s."""
     force_n: Vector3
     """Force at the end-effector point, base frame, N."""
-    moment_nm: Vector3 = (0.0, 0.0, 0.0)
+    moment_nm: Vector3 = GuidingForce.moment_nm
     """Moment at the same point, base frame, Nm."""
-    rise_s: Positive = 0.5
+    rise_s: Positive = GuidingForce.rise_s
     """It rises and falls in this time, s."""
-    hold_s: NotNegative = 1.0
+    hold_s: NotNegative = GuidingForce.hold_s
     """It stays for this time, s."""
 
 
@@ -141,21 +147,27 @@ class PointTable(Described):
 class SensorTable(Described):
     """Errors of the joint sensors, drawn once per run from the seed."""
 
-    torque_noise_nm: NotNegative = 0.0
+    torque_noise_nm: NotNegative = SensorModel.torque_noise_nm
     """Standard deviation, Nm."""
-    torque_offset_nm: NotNegative = 0.0
+    torque_offset_nm: NotNegative = SensorModel.torque_offset_nm
     """Largest offset, Nm."""
-    torque_gain_error: NotNegative = Field(default=0.0, lt=1)
+    torque_gain_error: NotNegative = Field(default=SensorModel.torque_gain_error, lt=1)
     """Largest relative error of the gain."""
-    torque_ripple_nm: NotNegative = 0.0
+    torque_ripple_nm: NotNegative = SensorModel.torque_ripple_nm
     """Largest ripple over the joint's angle, Nm."""
-    ripple_per_turn: int = Field(default=2, ge=1)
+    ripple_per_turn: int = Field(default=SensorModel.ripple_per_turn, ge=1)
     """Periods of the ripple per turn."""
-    position_noise_rad: NotNegative = 0.0
+    position_noise_rad: NotNegative = SensorModel.position_noise_rad
     """Standard deviation, rad."""
-    velocity_noise_rad_s: NotNegative = 0.0
+    velocity_noise_rad_s: NotNegative = SensorModel.velocity_noise_rad_s
     """Standard deviation, rad/s."""
-    delay_cycles: int = Field(default=0, ge=0, le=100)
+    torque_quantum_nm: NotNegative = SensorModel.torque_quantum_nm
+    """Step of the torque reading, Nm; 0: that of the wire."""
+    velocity_quantum_rad_s: NotNegative = SensorModel.velocity_quantum_rad_s
+    """Step of the velocity reading, rad/s; 0: that of the wire."""
+    torque_friction_nm: NotNegative = SensorModel.torque_friction_nm
+    """Largest Coulomb friction between sensor and link, Nm."""
+    delay_cycles: int = Field(default=SensorModel.delay_cycles, ge=0, le=100)
     """Age of a reading when it is sent, cycles."""
 
 
@@ -170,9 +182,9 @@ class FaultTable(Described):
     """
     start_s: NotNegative
     """Start of the fault, s of the run."""
-    end_s: Positive = 1e9
+    end_s: Positive = SensorFault.end_s
     """Until when, s."""
-    value: float = 0.0
+    value: float = SensorFault.value
     """As `kind` says."""
 
 
@@ -208,39 +220,39 @@ class PlantTable(Described):
 class LimitTable(Described):
     """Of moves."""
 
-    speed_m_s: Positive = 0.5
+    speed_m_s: Positive = Limits.speed_m_s
     """Speed of the end-effector, m/s."""
-    acceleration_m_s2: Positive = 2.0
+    acceleration_m_s2: Positive = Limits.acceleration_m_s2
     """Acceleration of the end-effector, m/s2."""
-    turn_rad_s: Positive = 1.0
+    turn_rad_s: Positive = Limits.turn_rad_s
     """Angular speed of the end-effector, rad/s."""
-    joint_speed_rad_s: Positive = 0.8
+    joint_speed_rad_s: Positive = Limits.joint_speed_rad_s
     """Joint speed of a move joint by joint, rad/s."""
-    joint_acceleration_rad_s2: Positive = 3.0
+    joint_acceleration_rad_s2: Positive = Limits.joint_acceleration_rad_s2
     """Joint acceleration of a move joint by joint, rad/s2."""
 
 
 class ImpedanceTable(Described):
     """Spring and damper that hold the end-effector while the arm yields."""
 
-    stiffness_n_m: Positive = 500.0
+    stiffness_n_m: Positive = ImpedanceGains.stiffness_n_m
     """Stiffness of the position, N/m."""
-    stiffness_nm_rad: Positive = 50.0
+    stiffness_nm_rad: Positive = ImpedanceGains.stiffness_nm_rad
     """Stiffness of the orientation, Nm/rad."""
-    damping_ratio: Positive = 1.0
+    damping_ratio: Positive = ImpedanceGains.damping_ratio
     """1 is critical."""
-    posture_nm_rad: NotNegative = 20.0
+    posture_nm_rad: NotNegative = ImpedanceGains.posture_nm_rad
     """Joint stiffness in the directions that the pose does not determine, Nm/rad."""
 
 
 class RecoveryTable(Described):
     """How the robot stops and returns."""
 
-    deceleration_rad_s2: Positive = 6.0
+    deceleration_rad_s2: Positive = Recovery.deceleration_rad_s2
     """Deceleration of the fastest joint in a stop of category 1 or 2, rad/s2."""
-    pause_s: NotNegative = 0.4
+    pause_s: NotNegative = Recovery.pause_s
     """Standstill, in which the person removes the hand, s."""
-    retreat_m: NotNegative = 0.05
+    retreat_m: NotNegative = Recovery.retreat_m
     """Length of the retreat along the path after a collision, m."""
 
 

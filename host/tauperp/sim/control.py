@@ -13,6 +13,8 @@ from tauperp.sim.dynamics import Dynamics, rotation_vector
 
 Vector = NDArray[np.float64]
 
+BANDWIDTH_RAD_S = 40.0  # of the position controller
+
 
 class ComputedTorque:
     """Computed torque with a PID on the joint error: three equal poles at `bandwidth_rad_s`.
@@ -21,7 +23,7 @@ class ComputedTorque:
     that was stopped by a person then does not push harder and harder.
     """
 
-    def __init__(self, dynamics: Dynamics, period_s: float, bandwidth_rad_s: float = 40.0) -> None:
+    def __init__(self, dynamics: Dynamics, period_s: float, bandwidth_rad_s: float = BANDWIDTH_RAD_S) -> None:
         self._dynamics = dynamics
         self._period = period_s
         self._kp, self._kd, self._ki = (3 * bandwidth_rad_s**2, 3 * bandwidth_rad_s, bandwidth_rad_s**3)
