@@ -1,63 +1,78 @@
-# Every command a person runs here. `make help` lists them; the recipes that only other recipes call have no "##" line.
+# Every command a person runs here; CMake builds (CMakePresets.json, cmake, tools/build). `make help` lists the commands;
+# those that only others call have no "##". The scripts read BOARD, CONFIG, ROBOT and so on from the environment.
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.DELETE_ON_ERROR:
-# Objects stay, or every change would compile all of a program again.
-.SECONDARY:
 .DEFAULT_GOAL := library
-
-JOBS ?= 2
-PYTHON ?= python3
-BUILD := build
-VENV := .venv
-
-include tools/make/venv.mk
-include tools/make/firmware.mk
-include tools/make/kernel.mk
-include tools/make/unit.mk
-include tools/make/linux.mk
-include tools/make/check.mk
-include tools/make/boards.mk
-include tools/make/docs.mk
-
-.PHONY: help demo arms figures campaign-figures fuzz clean
+export JOBS ?= 2
+VENV ?= .venv
+PYTEST = $(VENV)/bin/python -m pytest -q -n $(JOBS) $(ARGS)
+BUILT := library library-fixed kernel guard guard-fixed guard-sanitized strict-clang
+IMAGES := unit-images counting-images bench-images
+# Everything that tests run. What does not build fails the tests of it, which say why.
+PREPARED := $(BUILT) unit-programs build/bus-peer build/bus-soak build/controller
+LINTS := lint-gcc lint-clang lint-format lint-python lint-types $(patsubst tools/%,current-%,$(wildcard tools/*2c))
+.PHONY: help venv demo arms figures campaign-figures $(BUILT) $(IMAGES) firmware flash bench bench-baseline bench-check bench-can \
+    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz clean FORCE
 
 help: ## list the commands
-	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
-
+	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 24
+venv: ## install the host package and its tools into .venv, once
+	@tools/venv
 demo: library venv ## simulate both experiments of the paper against the firmware; results in out/demo
 	@$(VENV)/bin/tauperp demo
 	@echo 'To have `tauperp` on the PATH: source $(VENV)/bin/activate'
-
 arms: library venv ## both experiments on ten published arms (half an hour; a part of it is in `make test`)
 	@TAUPERP_ARMS=all $(VENV)/bin/python -m pytest -q tests/host/test_public_arms.py
-
-# Recordings of a real arm: beside the checkout, or where this variable says.
-TAUPERP_PANDA_TOUCHES ?= ../shared/data/panda_touches
-
 figures: demo ## renew README's figures: the demo's, and with the recordings the score's
-	@cp out/demo/payload.png docs/figures/payload.png
-	@cp out/demo/contact.png docs/figures/contact.png
-	@if [ -d "$(TAUPERP_PANDA_TOUCHES)" ]; then \
-	    $(VENV)/bin/tauperp score $(TAUPERP_PANDA_TOUCHES)/*.csv.gz --robot panda \
-	        && cp out/score/d3.png docs/figures/replay.png; \
-	    else echo "docs/figures/replay.png stays: no recordings in $(TAUPERP_PANDA_TOUCHES)"; fi
-
-# Recordings of a real arm in free motion, for the campaign that pushes it.
-PANDA_FREE := ../shared/data/panda_free
-
-campaign-figures: kernel venv ## renew README's figures of the campaign and the sensitivity (a few minutes)
-	@$(VENV)/bin/tauperp campaign docs/plans/simulated.toml --out out/figures/simulated && cp out/figures/simulated/report.png docs/figures/campaign.png
-	@$(VENV)/bin/tauperp sensitivity --config docs/plans/bank.toml --out out/figures/sensitivity && cp out/figures/sensitivity/sensitivity.png docs/figures/sensitivity.png
-	@if [ -d "$(PANDA_FREE)" ]; then \
-	    $(VENV)/bin/tauperp campaign docs/plans/panda.toml --out out/figures/panda && cp out/figures/panda/report.png docs/figures/campaign_panda.png; \
-	    else echo "docs/figures/campaign_panda.png stays: no recordings in $(PANDA_FREE)"; fi
-
-# FRAMES and TARGET choose how long and at what: tools/fuzz --help.
+campaign-figures: kernel ## renew README's figures of the campaign and the sensitivity (a few minutes)
+figures campaign-figures: venv
+	@tools/figures $@
+library: ## build the firmware for the host: build/libtauperp.so
+library-fixed: ## the same in fixed point: build/fixed/libtauperp.so
+kernel: venv ## build the kernel of `tauperp campaign`
+guard: ## build the guard as a SocketCAN process: build/tauperp-guard
+strict-clang bench-images: venv
+$(BUILT) $(IMAGES):
+	@tools/build $@
+build/% unit-programs-% unit-images-% counting-images-% bench-images-% firmware-objects-%: FORCE
+	@tools/build $@
+firmware: venv ## build an image: make firmware BOARD=versal_r5|stm32g4 ROBOT=ku_dex [CONFIG=file.toml] [NUMERIC=fixed]
+	@$(VENV)/bin/python tools/firmware
+flash: venv ## write an image to a board on the desk: make flash BOARD=stm32g4 (openocd or st-flash)
+	@$(VENV)/bin/python tools/firmware --flash
+bench: ## count instructions, flash, RAM and stack, ours and what one would take instead; out/bench.json
+bench-baseline: ## count ours alone, and keep the numbers as what later ones are measured against
+bench bench-baseline: venv
+	@tools/bench/run $@
+bench-check: venv ## count ours alone, and compare with what was kept
+	@$(PYTEST) tests/target/test_instruction_counts.py
+bench-can: guard build/bus-peer build/bus-soak library venv ## what the guard's process sustains on vcan; numbers in out/bus/bench.json
+	@tools/vcan $(VENV)/bin/python tools/bench-can $(ARGUMENTS)
+docs: library ## build the documentation: build/docs/site/index.html
+	@tools/docs/build
+test: venv library library-fixed kernel ## every check this machine can run; the closing line is pytest's
+	@if [ "$$(id -u)" = 0 ]; then for tool in can clang clang19 osmesa arm qemu valgrind; do tools/toolbox $$tool || true; done; fi
+	@tools/build -k $(PREPARED) $$(tools/toolbox arm 2>/dev/null && echo $(IMAGES)) >build/prepare.log 2>&1 || true
+	@$(PYTEST) --junitxml=build/results/test.xml
+quick: venv library library-fixed kernel ## the tests that need no privileges, no network and less than a minute
+	@$(PYTEST) -m quick
+host-test: venv library library-fixed kernel ## tests of the host package, and of the firmware through it
+	@$(PYTEST) tests/host
+unit: venv ## unit tests of the firmware (Unity, under sanitizers)
+	@$(PYTEST) tests/unit
+bus-test: venv library library-fixed ## tests on a real vcan0 (this kernel's or User-Mode Linux's)
+	@$(PYTEST) -m bus
+test-target: venv library library-fixed ## tests of the firmware on emulated controllers (QEMU)
+	@$(PYTEST) -m target
+lint: venv ## strict builds by gcc and clang, formatting, ruff, mypy
+	@$(PYTEST) tests/gates -k lint
+format: ## format C and Python in place
+generate: ## write the generated C (DBC codec, robot tables, names)
+generate-check: ## are the committed generated files current?
+$(LINTS) format generate generate-check: venv
+	@tools/lint $@
 fuzz: venv ## random streams of frames against the guard, by libFuzzer: make fuzz [FRAMES=1e8] [TARGET=guard|block|e2e]
-	@tools/toolbox clang19
-	@$(VENV)/bin/python tools/fuzz run $(or $(TARGET),guard) --frames $(or $(FRAMES),1e8)
-
+	@tools/toolbox clang19 && $(VENV)/bin/python tools/fuzz run $(or $(TARGET),guard) --frames $(or $(FRAMES),1e8)
 clean: ## remove what was built (build, out); .venv and .toolbox stay
-	@rm -rf $(BUILD) out
+	@rm -rf build out

@@ -3,6 +3,7 @@
 import fcntl
 import functools
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -37,6 +38,12 @@ def make(*arguments: str, check: bool = True) -> subprocess.CompletedProcess[str
         )
     assert done.returncode == 0 or not check, done.stdout[-4000:]
     return done
+
+
+def rows(kind: str) -> list[str]:
+    """The names of the processors or boards in cmake/table.cmake."""
+    table = (ROOT / "cmake" / "table.cmake").read_text(encoding="utf-8")
+    return re.findall(rf"^tauperp_{kind}\((\w+)", table, re.MULTILINE)
 
 
 @functools.cache

@@ -1,6 +1,7 @@
 # How the firmware is compiled, for every target of this project and of others that add it.
 #   TAUPERP_FIRMWARE, TAUPERP_SOURCES, TAUPERP_HEADERS, TAUPERP_INCLUDES
-#   tauperp_objects(NAME DEFINITION...)   NAME_settings, how to compile; NAME_objects, the objects of all portable rooms
+#   tauperp_settings(NAME DEFINITION...)  how to compile
+#   tauperp_objects(NAME DEFINITION...)   NAME_settings, and NAME_objects, the objects of all portable rooms
 get_filename_component(TAUPERP_FIRMWARE "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
 set(TAUPERP_INCLUDES core wire wire/generated guard schedule)
 list(TRANSFORM TAUPERP_INCLUDES PREPEND "${TAUPERP_FIRMWARE}/")
@@ -25,16 +26,25 @@ if(NOT TARGET tauperp_build_id)
 endif()
 
 # No contraction: every target computes the same bits.
+function(tauperp_settings name)
+    add_library(${name} INTERFACE)
+    target_compile_options(${name} INTERFACE $<$<COMPILE_LANGUAGE:C>:-std=c11> -ffp-contract=off -fno-math-errno)
+    target_compile_definitions(${name} INTERFACE ${ARGN})
+    target_include_directories(${name} INTERFACE ${TAUPERP_INCLUDES})
+endfunction()
+
+# The two files that state the build id: tauperp_identified(FILE...), once in a folder
+function(tauperp_identified)
+    set_source_files_properties(${ARGN} PROPERTIES
+        COMPILE_OPTIONS "-include;${TAUPERP_BUILD_ID}" OBJECT_DEPENDS "${TAUPERP_BUILD_ID}")
+endfunction()
+
 function(tauperp_objects name)
-    add_library(${name}_settings INTERFACE)
-    target_compile_options(${name}_settings INTERFACE -std=c11 -ffp-contract=off -fno-math-errno)
-    target_compile_definitions(${name}_settings INTERFACE ROBOT_JOINTS=${TAUPERP_JOINTS}u ${ARGN})
-    target_include_directories(${name}_settings INTERFACE ${TAUPERP_INCLUDES})
+    tauperp_settings(${name}_settings ROBOT_JOINTS=${TAUPERP_JOINTS}u ${ARGN})
     add_library(${name}_objects OBJECT ${TAUPERP_SOURCES})
     target_link_libraries(${name}_objects PRIVATE ${name}_settings)
     target_compile_options(${name}_objects PRIVATE -Wall -Wextra)
     set_target_properties(${name}_objects PROPERTIES POSITION_INDEPENDENT_CODE ON)
     add_dependencies(${name}_objects tauperp_build_id)
-    set_source_files_properties("${TAUPERP_FIRMWARE}/guard/guard_report.c" PROPERTIES
-        COMPILE_OPTIONS "-include;${TAUPERP_BUILD_ID}" OBJECT_DEPENDS "${TAUPERP_BUILD_ID}")
+    tauperp_identified("${TAUPERP_FIRMWARE}/guard/guard_report.c")
 endfunction()

@@ -152,14 +152,6 @@ def test_every_third_party_import_is_a_declared_dependency() -> None:
                 assert FROM_PYPI.get(root, root).lower() in declared, f"{file}: {root}"
 
 
-def test_the_build_id_of_cmake_is_that_of_make(tmp_path: Path) -> None:
-    output = tmp_path / "build_id.h"
-    script = ROOT / "firmware" / "cmake" / "build_id.cmake"
-    _run(["cmake", f"-DFIRMWARE={ROOT / 'firmware'}", f"-DOUTPUT={output}", "-P", script], tmp_path)
-    _run(["make", "--no-print-directory", "--dry-run", "help"], ROOT)  # writes Make's, if the sources changed
-    assert output.read_text() == (ROOT / "build" / "build_id.h").read_text()
-
-
 def test_every_subcommand_is_in_the_package(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert [name for name in COMMANDS if f"tauperp/commands/{name}.py" not in names] == []

@@ -20,11 +20,10 @@ FUSED_OR_DOUBLE = re.compile(r"\bv(fn?m[as]|\w+\.f64)\w*|\.f64")
 
 
 def objects(target: str, numeric: str) -> list[Path]:
-    place = ROOT / "build" / "object" / f"{target}-{numeric}-O2" / "firmware"
+    make(f"firmware-objects-{target}-{numeric}")
+    place = ROOT / "build" / "cmake" / target / "CMakeFiles" / f"firmware-{numeric}.dir"
     sources = [source for room in ROOMS for source in (ROOT / "firmware" / room).glob("*.c")]
-    made = [place / source.relative_to(ROOT / "firmware").with_suffix(".o") for source in sources]
-    make(*(str(file.relative_to(ROOT)) for file in made))
-    return made
+    return [place / source.relative_to(ROOT).with_suffix(".obj") for source in sources]
 
 
 @cache

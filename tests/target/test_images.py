@@ -3,10 +3,11 @@ images, and GuardStatus of the guard in them."""
 
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from checkout import ROOT, make
+from checkout import ROOT, make, rows
 
 from tauperp.config import load_configuration
 from tauperp.firmware import Guard
@@ -24,7 +25,7 @@ def image_of(name: str, *arguments: str) -> tuple[Path, Image]:
 
 
 @pytest.mark.parametrize("numeric", ["float", "fixed"])
-@pytest.mark.parametrize("board", ["versal_r5", "stm32g4"])
+@pytest.mark.parametrize("board", rows("board"))
 def test_every_board_takes_every_robot(board: str, numeric: str) -> None:
     for robot in shipped():
         configuration = load_configuration("default", robot=robot)
@@ -54,19 +55,21 @@ def test_the_real_image_is_the_default_and_every_other_one_says_so(
     assert ("output_words" in names) == in_memory
 
 
+CMAKE = Path(sys.executable).parent / "cmake"
 LINKED = ["boards/versal_r5/versal_r5.ld", "boards/versal_r5/startup.S", "boards/common/loop.c", "schedule/schedule.c"]
 
 
 @pytest.mark.parametrize("source", LINKED)
 def test_the_build_id_covers_whatever_is_linked(source: str, tmp_path: Path) -> None:
     """A comment more is another build."""
-    for part in ("firmware", "tools"):
-        shutil.copytree(ROOT / part, tmp_path / part)
-    shutil.copy(ROOT / "Makefile", tmp_path)
+    shutil.copytree(ROOT / "firmware", tmp_path / "firmware")
+    header = tmp_path / "build_id.h"
 
     def build() -> str:
-        subprocess.run(["make", "-C", tmp_path, "build/build_id.h"], check=True, capture_output=True)
-        return (tmp_path / "build" / "build_id.h").read_text()
+        script = tmp_path / "firmware" / "cmake" / "build_id.cmake"
+        definitions = [f"-DFIRMWARE={tmp_path / 'firmware'}", f"-DOUTPUT={header}"]
+        subprocess.run([CMAKE, *definitions, "-P", script], check=True, capture_output=True)
+        return header.read_text()
 
     before = build()
     with open(tmp_path / "firmware" / source, "a", encoding="utf-8") as file:

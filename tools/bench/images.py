@@ -101,7 +101,8 @@ def stack_bytes(target: str, numeric: str, opt: str, joints: int) -> int:
             raise ValueError(f"the firmware calls {name}, of which there is no call graph")
         return bound(functions, name)
 
-    return worst_stack(BUILD / "object" / f"{target}-{numeric}{opt}-{joints}" / "firmware", ROOTS, library)
+    graphs = f"bench-*-{numeric}.dir/firmware/**/*.ci"
+    return worst_stack(BUILD / "cmake" / target / "CMakeFiles", ROOTS, library, graphs)
 
 
 def count(target: str, numeric: str, opt: str, joints: int) -> Counts:

@@ -52,10 +52,10 @@ class CallGraph:
         return self.known[root]
 
 
-def worst_stack(folder: Path, roots: tuple[str, ...], library: Callable[[str], int]) -> int:
-    """The largest of the roots' needs, over every .ci file below `folder`."""
+def worst_stack(folder: Path, roots: tuple[str, ...], library: Callable[[str], int], pattern: str = "**/*.ci") -> int:
+    """The largest of the roots' needs, over every .ci file of `folder` by the pattern."""
     graph = CallGraph(library)
-    files = sorted(folder.rglob("*.ci"))
+    files = sorted(folder.glob(pattern))
     if not files:
         raise ValueError(f"{folder}: no call graphs")
     for path in files:

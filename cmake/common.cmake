@@ -1,0 +1,25 @@
+# What the builds for the host and for controllers have in common.
+add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=") # what a file says of itself is its place in the checkout
+set(NUMERICS float fixed)
+set(definition_float "")
+set(definition_fixed TAUPERP_FIXED=1)
+set(STRICT -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror)
+list(APPEND TAUPERP_INCLUDES "${TAUPERP_FIRMWARE}/robots") # tables for tests, behind the portable rooms
+file(GLOB robot_sources CONFIGURE_DEPENDS "${TAUPERP_FIRMWARE}/robots/*.c")
+file(GLOB unit_tests CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/unit/test_*.c")
+tauperp_identified("${TAUPERP_FIRMWARE}/guard/guard_report.c")
+
+# Unity, from the toolbox.
+set(unity "${CMAKE_BINARY_DIR}/unity")
+add_custom_command(
+    OUTPUT "${unity}/unity.c" "${unity}/unity.h"
+    COMMAND sh -c "folder=$(tools/toolbox unity) && mkdir -p '${unity}' && cp \"$folder\"/unity*.[ch] '${unity}'"
+    WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}" VERBATIM)
+add_custom_target(unity DEPENDS "${unity}/unity.c" "${unity}/unity.h")
+
+# tauperp_object_library(NAME SETTINGS SOURCE...): objects that are built only where something asks for them.
+function(tauperp_object_library name settings)
+    add_library(${name} OBJECT EXCLUDE_FROM_ALL ${ARGN})
+    target_link_libraries(${name} PRIVATE ${settings})
+    add_dependencies(${name} tauperp_build_id)
+endfunction()
