@@ -1,6 +1,7 @@
 """The value tables of the DBC as enumerations, for C and for Python, with the class of each reason.
 
 StopCommand.Reason carries the attribute ReasonClasses: "Waiting: A B; Stopped: C D; ...". Each reason has one class.
+GuardStatus.Page carries the attribute PageNames: the names of the pages in their order.
 """
 
 from collections.abc import Sequence
@@ -16,8 +17,14 @@ TABLES = {
     "StopCommand.Reason": ("guard_reason_t", "GUARD_REASON", "Reason", "Why motion is not permitted"),
     "GuardStatus.StartCause": ("guard_start_t", "GUARD_START", "Start", "Why the guard started"),
     "GuardStatus.Variant": ("guard_variant_t", "GUARD_VARIANT", "Variant", "What an image was built for"),
+    "GuardStatus.Page": ("guard_page_t", "PAGE", "Page", "Content of a GuardStatus frame"),
+    "TaskCommand.Task": ("task_t", "TASK", "Task", "What the end-effector does"),
 }
-NAMED = ("GuardStatus.State", "StopCommand.Reason")  # whose names the firmware prints
+NAMED = {  # tables whose names the firmware prints: C array
+    "GuardStatus.State": "guard_state_name",
+    "StopCommand.Reason": "guard_reason_name",
+    "TaskCommand.Task": "guard_task_name",
+}
 CLASSES = ("Unknown", "Waiting", "Stopped", "Board", "Fault")  # the order of reason_class_t: from harmless to worst
 REASON = "StopCommand.Reason"
 
@@ -47,22 +54,35 @@ def signal_of(database: Database, place: str) -> Signal:
     return database.get_message_by_name(message).get_signal_by_name(name)
 
 
+def attribute(database: Database, place: str, name: str) -> str:
+    """The text of a signal's attribute; empty without it."""
+    specifics = signal_of(database, place).dbc
+    return str(specifics.attributes[name].value) if specifics and name in specifics.attributes else ""
+
+
 def values(database: Database, place: str) -> list[str]:
     """The table's names in the DBC's spelling, by number. Raises InputError unless the numbers are 0, 1, 2, ..."""
+    if signal_of(database, place).is_multiplexer:
+        return page_names(database, place)
     choices = signal_of(database, place).choices or {}
     if not choices or sorted(choices) != list(range(len(choices))):
         raise InputError(f"{place}: its values must count from 0 without a gap")
     return [str(choices[number]) for number in range(len(choices))]
 
 
+def page_names(database: Database, place: str) -> list[str]:
+    """Names of a multiplexer's pages, by number. Raises InputError unless every page has one name of its own."""
+    message = database.get_message_by_name(place.split(".")[0])
+    pages = {page for signal in message.signals for page in signal.multiplexer_ids or []}
+    names = attribute(database, place, "PageNames").split()
+    if pages != set(range(len(names))) or len(set(names)) != len(names):
+        raise InputError(f"{place}: PageNames has {len(names)} names for {len(pages)} pages, or one name twice")
+    return names
+
+
 def reason_classes(database: Database) -> dict[str, str]:
     """Class by reason. Raises InputError for a reason with no class or two, and for a class that is unknown."""
-    specifics = signal_of(database, REASON).dbc
-    text = (
-        str(specifics.attributes["ReasonClasses"].value)
-        if specifics and "ReasonClasses" in specifics.attributes
-        else ""
-    )
+    text = attribute(database, REASON, "ReasonClasses")
     found: dict[str, str] = {}
     for part in filter(None, (part.strip() for part in text.split(";"))):
         name, _, reasons = part.partition(":")
@@ -97,9 +117,8 @@ def values_header(database: Database) -> str:
         ]
         lines += [f"}} {kind};", "", f"#define {prefix}_COUNT {len(names)}u", ""]
     lines += ["extern const uint8_t reason_class_of[GUARD_REASON_COUNT]; /* reason_class_t by reason */"]
-    for place in NAMED:
-        prefix = TABLES[place][1]
-        lines += [f"extern const char *const {prefix.lower()}_name[{prefix}_COUNT]; /* in the spelling of the DBC */"]
+    for place, array in NAMED.items():
+        lines += [f"extern const char *const {array}[{TABLES[place][1]}_COUNT]; /* in the spelling of the DBC */"]
     return "\n".join([*lines, "", "#endif", ""])
 
 
@@ -111,9 +130,8 @@ def values_source(database: Database) -> str:
     for name, enumerator in zip(values(database, REASON), enumerators(database, REASON), strict=True):
         lines.append(f"{INDENT}[{enumerator}] = REASON_{classes[name].upper()},")
     lines += ["};", ""]
-    for place in NAMED:
-        prefix = TABLES[place][1]
-        lines.append(f"const char *const {prefix.lower()}_name[{prefix}_COUNT] = {{")
+    for place, array in NAMED.items():
+        lines.append(f"const char *const {array}[{TABLES[place][1]}_COUNT] = {{")
         lines += in_rows([f'"{name}",' for name in values(database, place)])
         lines += ["};", ""]
     return "\n".join(lines)

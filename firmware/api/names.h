@@ -60,6 +60,7 @@
 /* wire/generated */
 #define guard_reason_name TAUPERP_INTERNAL(guard_reason_name)
 #define guard_state_name TAUPERP_INTERNAL(guard_state_name)
+#define guard_task_name TAUPERP_INTERNAL(guard_task_name)
 #define protocol_receive TAUPERP_INTERNAL(protocol_receive)
 #define protocol_slot TAUPERP_INTERNAL(protocol_slot)
 #define protocol_transmit TAUPERP_INTERNAL(protocol_transmit)

@@ -17,6 +17,7 @@
 #include "regressor.h"
 #include "robot.h"
 #include "sensor.h"
+#include "values.h"
 
 #define CONFIG_MAGIC   0x50524554u /* "TERP" */
 #define CONFIG_SCHEMA  3u
@@ -24,9 +25,6 @@
 
 typedef enum { FORMAT_CLASSIC = 1, FORMAT_FD = 2 } wire_format_t;
 typedef enum { NUMERIC_FLOAT32 = 1, NUMERIC_Q9_22 = 2 } numeric_t;
-
-/* The first three by convention. An installation may give any row to any number. */
-enum { TASK_INVALID = 0, TASK_NONE = 1, TASK_PAYLOAD = 2, TASK_CONTACT = 3, TASK_COUNT = 7 };
 
 /* One task: what it explains, the limits of that, and the thresholds for the rest. */
 typedef struct {
@@ -62,7 +60,7 @@ typedef struct {
     acceleration_config_t acceleration;
     regressor_config_t regressor;
     sensor_config_t sensor;
-    task_config_t task[TASK_COUNT]; /* by task number; [TASK_INVALID] stays INDEX_OFF */
+    task_config_t task[TASK_COUNT]; /* by task_t; [TASK_INVALID] stays INDEX_OFF */
     robot_t robot;
 } guard_config_t;
 

@@ -3,18 +3,6 @@
 #include "scale.h"
 #include "version.h"
 
-enum {
-    PAGE_STATE = 0,
-    PAGE_CHECKS,
-    PAGE_READINGS,
-    PAGE_TRIPS,
-    PAGE_VERSIONS,
-    PAGE_CONFIG,
-    PAGE_TIMING,
-    PAGE_START,
-    PAGE_COUNT
-};
-
 static uint16_t held16(uint32_t value) {
     return (value > UINT16_MAX) ? (uint16_t)UINT16_MAX : (uint16_t)value;
 }

@@ -80,6 +80,31 @@ class Variant(enum.IntEnum):
     EMULATOR = 2
 
 
+class Page(enum.IntEnum):
+    """Content of a GuardStatus frame: GuardStatus.Page, guard_page_t."""
+
+    STATE = 0
+    CHECKS = 1
+    READINGS = 2
+    TRIPS = 3
+    VERSIONS = 4
+    CONFIG = 5
+    TIMING = 6
+    START = 7
+
+
+class Task(enum.IntEnum):
+    """What the end-effector does: TaskCommand.Task, task_t."""
+
+    INVALID = 0
+    NONE = 1
+    PAYLOAD = 2
+    CONTACT = 3
+    TASK4 = 4
+    TASK5 = 5
+    TASK6 = 6
+
+
 class ReasonClass(enum.IntEnum):
     """What kind of thing a reason is: reason_class_t."""
 

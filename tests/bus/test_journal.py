@@ -1,7 +1,6 @@
 """What the process says, and that nobody who does not listen can hold it up; and that it never allocates."""
 
 import os
-import re
 import subprocess
 import time
 from pathlib import Path
@@ -13,14 +12,6 @@ from bus_robot import CALM_PERIOD_S, Robot, reset, run_until_permitted
 
 from tauperp.config import Configuration
 from tauperp.wire import Wire
-
-
-def test_its_words_are_those_of_the_dbc(wire: Wire) -> None:
-    source = (bus_guard.ROOT / "firmware" / "hosts" / "linux" / "names.c").read_text()
-    for table, message, signal_name in (("TASKS", "TaskCommand", "Task"),):
-        words = re.findall(r'"(\w+)"', source.partition(f"{table}[] = {{")[2].partition("};")[0])
-        choices = wire.message(message).definition.get_signal_by_name(signal_name).choices
-        assert words == [str(choices[number]) for number in range(len(choices))]
 
 
 def test_in_lockstep_every_line_has_bus_time(

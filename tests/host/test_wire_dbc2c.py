@@ -100,6 +100,8 @@ def test_a_missing_file_is_found_and_made(dbc2c: ModuleType, checkout: Path, mon
         ("Stopped: Collision ", "Stopped: Collision Sneeze ", "Sneeze, which is no reason"),
         ("Stopped: Collision ", "Halted: Collision ", "'Halted', not one of"),
         (' 6 "Collision"', ' 66 "Collision"', "must count from 0 without a gap"),
+        (" Timing Start", " Timing", "PageNames has 7 names for 8 pages"),
+        (" Timing Start", " Timing Config", "or one name twice"),
     ],
 )
 def test_a_dbc_that_the_firmware_cannot_be_made_from_is_refused(

@@ -4,9 +4,6 @@
 
 #include "guard.h"
 
-/* tests/bus compares these with the DBC's value tables. */
-static const char *const TASKS[] = {"Invalid", "None", "Payload", "Contact", "Task4", "Task5", "Task6"};
-
 static const char *pick(const char *const *names, size_t count, uint32_t number) {
     return (number < count) ? names[number] : "Unknown";
 }
@@ -20,5 +17,5 @@ const char *reason_name(uint32_t reason) {
 }
 
 const char *task_name(uint32_t task) {
-    return pick(TASKS, sizeof TASKS / sizeof TASKS[0], task);
+    return pick(guard_task_name, TASK_COUNT, task);
 }

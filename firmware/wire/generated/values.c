@@ -59,3 +59,7 @@ const char *const guard_reason_name[GUARD_REASON_COUNT] = {
     "RestartLimit", "CycleJump", "ObserverRestart", "Implausible", "Frozen", "ErrorRate", "AnotherSender",
     "ClockRate", "ClockStopped", "ExplainedForce", "ExplainedMoment", "ResidualLimit", "Sudden",
 };
+
+const char *const guard_task_name[TASK_COUNT] = {
+    "Invalid", "None", "Payload", "Contact", "Task4", "Task5", "Task6",
+};

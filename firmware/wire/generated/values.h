@@ -98,8 +98,36 @@ typedef enum {
 
 #define GUARD_VARIANT_COUNT 3u
 
+/* Content of a GuardStatus frame: GuardStatus.Page. */
+typedef enum {
+    PAGE_STATE = 0,
+    PAGE_CHECKS = 1,
+    PAGE_READINGS = 2,
+    PAGE_TRIPS = 3,
+    PAGE_VERSIONS = 4,
+    PAGE_CONFIG = 5,
+    PAGE_TIMING = 6,
+    PAGE_START = 7
+} guard_page_t;
+
+#define PAGE_COUNT 8u
+
+/* What the end-effector does: TaskCommand.Task. */
+typedef enum {
+    TASK_INVALID = 0,
+    TASK_NONE = 1,
+    TASK_PAYLOAD = 2,
+    TASK_CONTACT = 3,
+    TASK_TASK4 = 4,
+    TASK_TASK5 = 5,
+    TASK_TASK6 = 6
+} task_t;
+
+#define TASK_COUNT 7u
+
 extern const uint8_t reason_class_of[GUARD_REASON_COUNT]; /* reason_class_t by reason */
 extern const char *const guard_state_name[GUARD_STATE_COUNT]; /* in the spelling of the DBC */
 extern const char *const guard_reason_name[GUARD_REASON_COUNT]; /* in the spelling of the DBC */
+extern const char *const guard_task_name[TASK_COUNT]; /* in the spelling of the DBC */
 
 #endif

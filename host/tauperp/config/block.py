@@ -9,13 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from tauperp.errors import InputError
+from tauperp.wire_values import Task
 
 Numeric = Literal["float32", "q9.22"]
 
 MAX_JOINTS = 8  # ROBOT_MAX_JOINTS
 NAME_LENGTH = 16  # ROBOT_NAME_LENGTH
 MAX_GAP = 4  # CONFIG_MAX_GAP
-TASK_COUNT = 7
+TASK_COUNT = len(Task)
 MAX_CHANNELS = 4  # BANK_MAX_CHANNELS
 
 MAGIC = 0x50524554  # "TERP"
