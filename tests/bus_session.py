@@ -17,7 +17,7 @@ import pytest
 from checkout import BUILD, REFUSED, ROOT, ci_accepts, lacking, make
 
 REPORTS = "TAUPERP_BUS_REPORTS"
-# Longer than the slowest test of the bus: only a session that hangs is ended.
+# Longer than the slowest test of the bus: ends only a session that hangs.
 SILENCE_S = 900
 PROGRAMS = (
     "library",
@@ -78,7 +78,7 @@ class Inner:
         self._rest = ""
 
     def reports_of(self, nodeid: str) -> list[dict[str, Any]] | None:
-        """The reports of this test, up to its teardown's; None if the run ended without them."""
+        """The reports of this test, including its teardown's; None if the run ended without them."""
         found: list[dict[str, Any]] = []
         end = time.monotonic() + SILENCE_S
         while time.monotonic() < end:
@@ -111,7 +111,7 @@ def report_of(item: pytest.Item, outcome: Literal["failed", "skipped"], text: An
 
 
 def skipped(item: pytest.Item, reason: str) -> pytest.TestReport:
-    """As by pytest.skip; where CI=true a failure."""
+    """As by pytest.skip; with CI=true a failure."""
     if ci_accepts(reason):
         return report_of(item, "skipped", (str(item.path), 0, f"Skipped: {reason}"))
     return report_of(item, "failed", REFUSED.format(reason))
@@ -149,7 +149,7 @@ class Outside:
 
     @staticmethod
     def _without(item: pytest.Item, inner: Inner) -> pytest.TestReport:
-        """The report on a test that the inner run left none of."""
+        """The report of a test for which the inner run left none."""
         log = inner.log.read_text(encoding="utf-8", errors="replace")
         text = f"the run inside tools/vcan ended with {inner.process.wait(60)} before this test:\n{log[-4000:]}"
         if inner.process.returncode == 125:
@@ -172,7 +172,7 @@ class Inside:
         with open(self._path, "a", encoding="utf-8") as file:
             file.write(json.dumps(data) + "\n")
             file.flush()
-            os.fsync(file.fileno())  # the other side is outside of this kernel
+            os.fsync(file.fileno())  # the other side is outside this kernel
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -1,4 +1,4 @@
-"""The checkout under test: what is built in it and which tools the machine has."""
+"""The checkout under test: its builds, and the tools of the machine."""
 
 import fcntl
 import functools
@@ -15,14 +15,14 @@ REFUSED = "cannot run, and where CI=true every test has to: {}"
 
 
 def ci_accepts(reason: str) -> bool:
-    """Whether a test may be skipped for this reason. Where CI=true only what is named optional may."""
+    """Whether a test may be skipped for this reason. With CI=true only for a reason that is named optional."""
     return os.environ.get("CI") not in ("true", "1") or reason.startswith("optional:")
 
 
 def make(*arguments: str, check: bool = True) -> subprocess.CompletedProcess[str]:
-    """`make` in the checkout, one at a time; if it fails, its output is the failure's."""
+    """`make` in the checkout, one at a time. If it fails, the failure contains its output."""
     BUILD.mkdir(parents=True, exist_ok=True)
-    # The options of a make that this runs under are not for this one.
+    # The options of an outer make do not apply to this one.
     environment = {
         name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")
     }
@@ -64,6 +64,6 @@ def missing(tool: str) -> str:
 
 
 def lacking(item: pytest.Item) -> str:
-    """Why a tool of the item's marker `needs` is not there, in one line; empty if all are."""
+    """Why a tool of the item's marker `needs` is missing, in one line; empty if none is."""
     tools = [tool for marker in item.iter_markers("needs") for tool in marker.args]
     return next((missing(tool) for tool in tools if missing(tool)), "")

@@ -28,7 +28,7 @@ SLOW = (
     "test_replay_compare", "test_replay_panda", "test_run_bus", "test_score", "test_sensitivity", "test_stop_cycles",
     "test_task_switching", "test_view", "test_wheel",
 )  # fmt: skip
-# What runs longest begins first, so that no worker is left with it at the end.
+# The longest tests start first, so that no worker still runs one at the end.
 FIRST = ("tests/bus/", "tests/target/test_versal_lockstep.py", "tests/target/", "tests/gates/", "tests/unit/")
 
 
@@ -37,7 +37,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    # A shell starts its background jobs with SIGINT ignored, and children inherit that. Tests press Ctrl-C.
+    # A shell starts its background jobs with SIGINT ignored, and children inherit that. Some tests press Ctrl-C.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if config.getoption("seed") == "random":
@@ -50,7 +50,7 @@ def pytest_report_header(config: pytest.Config) -> str:
 
 @pytest.fixture(scope="session")
 def seed(request: pytest.FixtureRequest) -> int:
-    """The seed of a random test: the same in every run, unless --seed says otherwise."""
+    """The seed of a random test: the same in every run, unless --seed sets another."""
     return int(request.config.getoption("seed"))
 
 
@@ -67,7 +67,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def place(item: pytest.Item) -> tuple[int, bool]:
-    """Where in the order: by folder, in tests/host the slow files first."""
+    """Position in the order: by folder, in tests/host the slow files first."""
     folder = next((number for number, start in enumerate(FIRST) if item.nodeid.startswith(start)), len(FIRST))
     return folder, item.get_closest_marker("slow") is None
 
@@ -81,7 +81,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport() -> Iterator[None]:
-    """Where CI=true, a skipped test is a failure, unless its reason begins with "optional:"."""
+    """With CI=true a skipped test is a failure, unless its reason starts with "optional:"."""
     report = yield
     if report.skipped and not hasattr(report, "wasxfail"):
         reason = report.longrepr[2].removeprefix("Skipped: ")
@@ -91,7 +91,7 @@ def pytest_runtest_makereport() -> Iterator[None]:
 
 
 class Scheduling(LoadScopeScheduling):
-    """Tests that share something costly stay on one worker: the bus, a Unity program, the fixtures of a module."""
+    """Tests that share an expensive resource stay on one worker: the bus, a Unity program, the fixtures of a module."""
 
     def __init__(self, config: pytest.Config, log: Any) -> None:
         super().__init__(config, log)

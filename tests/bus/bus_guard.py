@@ -1,4 +1,4 @@
-"""The guard's process under test: started, listened to by its JSON lines, ended."""
+"""The guard's process under test: start it, read its JSON lines, end it."""
 
 import json
 import os
@@ -20,7 +20,8 @@ Event = dict[str, Any]
 
 
 class GuardProcess:
-    """`tauperp-guard --json`, its lines in a file so that it never waits for us. A context manager that ends it."""
+    """`tauperp-guard --json`, with its lines in a file so that it never waits for the test. A context manager that ends
+    it."""
 
     def __init__(
         self,
@@ -32,7 +33,7 @@ class GuardProcess:
     ) -> None:
         self._path = folder / f"guard-{time.monotonic_ns()}.jsonl"
         command = [str(program), "--channel", channel, "--json", *options]
-        # No leak check: the program has no heap, and looking for leaks needs ptrace. No core of 16 TB either.
+        # No leak check: the program has no heap, and the check needs ptrace. No core file of 16 TB either.
         variables = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0:disable_coredump=1", **(environment or {})}
         with open(self._path, "wb") as out:
             self.process = subprocess.Popen(command, stdout=out, stderr=subprocess.PIPE, env=variables)
@@ -52,11 +53,11 @@ class GuardProcess:
                 self.process.wait()
 
     def events(self) -> list[Event]:
-        """Every whole line so far."""
+        """Every complete line so far."""
         return [json.loads(line) for line in self._path.read_text().splitlines(keepends=True) if line.endswith("\n")]
 
     def wait_for(self, wanted: Callable[[Event], bool], what: str, timeout_s: float = TIMEOUT_S) -> Event:
-        """The first line that is wanted, in the past or to come."""
+        """The first line that matches, in the past or in the future."""
         end = time.monotonic() + timeout_s
         while time.monotonic() < end:
             for event in self.events():
@@ -68,7 +69,7 @@ class GuardProcess:
         raise AssertionError(f"the guard did not tell {what}: {self.events()} {self._errors()}")
 
     def wait_for_state(self, state: str, reason: str | None = None, after: int = 0) -> Event:
-        """After so many lines of any kind."""
+        """Wait for this many lines of any kind."""
         end = time.monotonic() + TIMEOUT_S
         while time.monotonic() < end:
             for event in self.events()[after:]:
@@ -81,7 +82,7 @@ class GuardProcess:
         return self.wait_for(lambda event: event["event"] == "bus" and event["what"] == what, what)
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> Event:
-        """Its last line. Fails unless it ends by itself, with 0 and without a word on stderr."""
+        """Its last line. Fails unless the process ends by itself, with 0 and nothing on stderr."""
         self.process.send_signal(number)
         code = self.process.wait(TIMEOUT_S)
         errors = self._errors()
@@ -97,7 +98,7 @@ class GuardProcess:
 
 
 def run_guard(*arguments: str, program: Path = RELEASE) -> "subprocess.CompletedProcess[str]":
-    """For what ends by itself: help and bad input."""
+    """Run a program that ends by itself: help and bad input."""
     return subprocess.run([str(program), *arguments], capture_output=True, text=True, timeout=TIMEOUT_S)
 
 
@@ -106,7 +107,7 @@ def candump(path: Path, *channels: str) -> Iterator[None]:
     """`candump -L` into a file, from before the body's first frame on."""
     listeners = _listeners()
     with open(path, "w") as file:
-        # With room for a whole run: on a busy machine it comes late to its frames.
+        # Large enough for a whole run, because on a busy machine it reads its frames late.
         process = subprocess.Popen(["candump", "-L", "-r", "16000000", *channels], stdout=file)
         end = time.monotonic() + TIMEOUT_S
         while _listeners() == listeners and time.monotonic() < end:
@@ -120,7 +121,7 @@ def candump(path: Path, *channels: str) -> Iterator[None]:
 
 
 def _wait_until_calm(path: Path) -> None:
-    """Until nothing has been written for half a second."""
+    """Wait until nothing was written for half a second."""
     size, since = -1, time.monotonic()
     end = since + TIMEOUT_S
     while time.monotonic() < min(since + 0.5, end):

@@ -1,4 +1,4 @@
-"""Small helpers of the bus tests: a command, the type of the fixture `start`, a configuration in a hurry."""
+"""Small helpers of the bus tests: a command, the type of the fixture `start`, an impossible tick budget."""
 
 import subprocess
 import zlib
@@ -14,7 +14,7 @@ Start = Callable[..., bus_guard.GuardProcess]
 
 
 class HurriedConfiguration(Configuration):
-    """No tick is done in so short a time."""
+    """No tick is that fast."""
 
     def block(self, numeric: Numeric = "float32") -> bytes:
         block = np.frombuffer(super().block(numeric), block_dtype(numeric)).copy()

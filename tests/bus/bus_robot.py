@@ -1,4 +1,4 @@
-"""A robot that stands still, and obeys: its frames cycle by cycle, and what it may do after each."""
+"""A robot that stands still and obeys: its frames cycle by cycle, and whether it may move after each."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ FIRST_PERMISSION = (27, 28)  # StopCommand.Reason AwaitingReset, Restarted
 LONGEST_START = 400  # cycles: self-test, settling and health
 PATIENCE_S = 3.0  # for the answer to a cycle
 
-Fault = Callable[[int, list[can.Message]], Sequence[can.Message]]  # cycle, its frames -> what gets to the bus
+Fault = Callable[[int, list[can.Message]], Sequence[can.Message]]  # cycle, its frames -> the frames that reach the bus
 
 
 def open_channel(channel: str) -> can.BusABC:
@@ -26,7 +26,7 @@ def open_channel(channel: str) -> can.BusABC:
 
 
 def copy_of(frame: can.Message, *, id: int | None = None, data: bytes | None = None) -> can.Message:
-    """The frame as another id or with other bytes."""
+    """The frame with another id or other bytes."""
     return can.Message(
         arbitration_id=frame.arbitration_id if id is None else id,
         is_extended_id=False,
@@ -45,7 +45,7 @@ class Robot:
         self.cycle = 0
         self.resets = 0  # GuardResets sent
         self.torque_nm = Core(configuration.robot, config=configuration).terms(POSE_RAD, 0 * POSE_RAD).gravity
-        self.answer: dict[str, float] | None = None  # the newest StopCommand that passed its check
+        self.answer: dict[str, float] | None = None  # the newest valid StopCommand
         self.permitted = False
         self.patience_s = PATIENCE_S
         self.due_s = 0.0  # of the next cycle by the clock
@@ -69,7 +69,8 @@ class Robot:
         return frames
 
     def step(self, *, wait: bool = True) -> bool:
-        """One cycle: send, and hear whether motion is permitted until the next. Without `wait`, hear what is there."""
+        """One cycle: send, and receive whether motion is permitted until the next. Without `wait`, only check what has
+        arrived."""
         frames = self.frames()
         for frame in frames if self.fault is None else self.fault(self.cycle, frames):
             self.bus.send(frame)
@@ -96,7 +97,7 @@ class Robot:
         self.bus.send(self.sender.frame("GuardReset", {"Request": request, "TripNumber": trip}))
 
     def _hear(self, timeout_s: float) -> None:
-        """Permission holds for one cycle, and only by a good answer to that cycle."""
+        """A permission holds for one cycle, and only with a valid answer to that cycle."""
         self.permitted = False
         while (frame := self.bus.recv(timeout_s)) is not None:
             received = self._receiver.receive(frame)
@@ -114,7 +115,7 @@ class Robot:
 
 
 def start_in_lockstep(robot: Robot) -> None:
-    """Cycles until the guard wants the first reset, then that reset. Motion is permitted afterwards."""
+    """Run cycles until the guard requests the first reset, then send it. Motion is permitted afterwards."""
     for _ in range(LONGEST_START):
         robot.step()
         if robot.answer is not None and robot.answer["Reason"] in FIRST_PERMISSION:
@@ -137,7 +138,7 @@ def run_until_permitted(process: GuardProcess, robot: Robot) -> int:
 
 
 def reset(robot: Robot) -> None:
-    """Asks for the end of the newest trip as a controller does."""
+    """Request the end of the newest trip as a controller does."""
     assert robot.answer is not None
     trip = int(robot.answer["TripNumber"])
     for request in (0, 0, 1):

@@ -1,4 +1,4 @@
-"""What the bus tests share. They need vcan0 and run inside tools/vcan (tests/bus_session.py)."""
+"""Fixtures of the bus tests. They need vcan0 and run inside tools/vcan (tests/bus_session.py)."""
 
 import subprocess
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from bus_kit import Start, run
 from tauperp.config import Configuration, load_configuration
 from tauperp.wire import Wire
 
-# For tests by the clock: the slowest that a configuration may be. A hiccup of a loaded machine must not be a late tick.
+# For tests in real time: the slowest possible configuration. A delay on a loaded machine must not cause a late tick.
 CALM = {
     "wire": {"rate_hz": 20},
     "observer": {"gain_per_s": 19.0},
@@ -35,7 +35,7 @@ def in_uml() -> bool:
 
 @pytest.fixture(autouse=True)
 def vcan0() -> Iterator[None]:
-    """As every test finds it, whatever the one before did to it."""
+    """The bus in its initial state, whatever the last test did to it."""
     subprocess.run(["ip", "link", "add", "vcan0", "type", "vcan"], capture_output=True)
     subprocess.run(["tc", "qdisc", "del", "dev", "vcan0", "root"], capture_output=True)
     run("ip", "link", "set", "vcan0", "down")
@@ -46,7 +46,7 @@ def vcan0() -> Iterator[None]:
 
 @pytest.fixture
 def vcan1() -> Iterator[str]:
-    """A second bus: the robot's side of whatever stands between it and the guard."""
+    """A second bus: the robot's side of a device between robot and guard."""
     run("ip", "link", "add", "vcan1", "type", "vcan")
     run("ip", "link", "set", "vcan1", "mtu", "72", "up")
     yield "vcan1"
@@ -65,7 +65,7 @@ def calm() -> Configuration:
 
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Start]:
-    """start(configuration, *options): a running guard; ended with the test."""
+    """start(configuration, *options): a running guard that ends with the test."""
     running: list[bus_guard.GuardProcess] = []
 
     def start(configuration: Configuration, *options: str, **more: Any) -> bus_guard.GuardProcess:

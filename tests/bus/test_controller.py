@@ -16,7 +16,7 @@ PERIOD_US = 20_000_000  # half of it is how long it waits for an answer: longer 
 
 
 def controller(configuration: Configuration, cycles: int, push_nm: float = 0.0) -> list[str]:
-    """Its lines for an arm that stands still, with so much torque too much on joint 2."""
+    """Its lines for an arm that stands still, with an excess torque on joint 2."""
     torque = Core(configuration.robot, config=configuration).terms(POSE_RAD, 0 * POSE_RAD).gravity
     torque[1] += push_nm
     pairs = [f"{position:.6f},{value:.3f}" for position, value in zip(POSE_RAD, torque, strict=True)]
@@ -37,7 +37,7 @@ def test_the_example_controller_gets_its_permission_by_a_reset_and_keeps_it(star
 
 
 def test_the_example_controller_stops_on_a_contact(start: Start, configuration: Configuration) -> None:
-    """The push is there from the start on: no permission, though the controller asks for it all the time."""
+    """The push is there from the start: no permission, although the controller requests it all the time."""
     process = start(configuration, "--lockstep")
     lines = controller(configuration, 400, push_nm=40.0)
     assert not any(": move" in line for line in lines)

@@ -102,7 +102,7 @@ def corrupted_everywhere(_: int, frames: list[can.Message]) -> list[can.Message]
 
 
 class Delayed:
-    """Joint 3's frame gets there in the next cycle, after its Sync."""
+    """Joint 3's frame arrives in the next cycle, after its Sync."""
 
     def __init__(self) -> None:
         self._late: list[can.Message] = []
@@ -114,7 +114,7 @@ class Delayed:
 
 
 class Stale:
-    """A frame of five cycles before comes again, before each one of joint 3."""
+    """A frame from five cycles before is repeated before each frame of joint 3."""
 
     def __init__(self) -> None:
         self._old: list[can.Message] = []
@@ -192,7 +192,7 @@ def flipped_sync(frame: can.Message) -> can.Message:
 class Run:
     """The effect of a fault."""
 
-    log: list[bool]  # permitted, from the fault's first cycle on
+    log: list[bool]  # permitted, from the fault's first cycle
     reason: str
     end: bus_guard.Event
 
@@ -219,7 +219,7 @@ def add_row(name: str, how: str, result: Run, bad: int) -> None:
 
 
 def permitted_on_bad_input(result: Run, tolerated: int | None) -> int:
-    """Answers with permission after the last input that was good is too old, or after the trip."""
+    """Answers with permission after the last good input is too old, or after the trip."""
     return 0 if tolerated is None else sum(result.log[tolerated:])
 
 
@@ -336,11 +336,11 @@ def test_a_babbling_node_at_full_load(
         assert result.reason == "none"
         assert result.end["crc_errors"] == 0, "the kernel keeps foreign ids"
     else:
-        assert result.end["crc_errors"] > 10  # as many as the machine has let cangen send
+        assert result.end["crc_errors"] > 10  # as many as cangen sends on this machine
 
 
 def step_with_two(robot: Robot, listener: can.BusABC) -> bool:
-    """A cycle that both guards have answered: two processes on one processor may be many cycles apart otherwise."""
+    """A cycle that both guards have answered. Otherwise two processes on one processor may be many cycles apart."""
     permitted = robot.step()
     answers = 0
     while answers < 2:
@@ -354,7 +354,8 @@ def step_with_two(robot: Robot, listener: can.BusABC) -> bool:
 def test_a_second_guard_on_the_bus(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, cycles_between: int
 ) -> None:
-    """Whatever the counters of the two make the robot believe: each hears the other, and neither permits."""
+    """Whatever the robot concludes from the two counters: each guard receives the other's frames, and neither
+    permits."""
     process = start(configuration, "--lockstep")
     robot = Robot(configuration, wire, bus)
     start_in_lockstep(robot)

@@ -23,21 +23,21 @@ from tauperp.run.scenario import Scenario, load_scenario, shipped
 
 OF_GUARD = (STOP_COMMAND, STATUS, INDEX)
 SLICE_CYCLES = 400
-SLICE_PERIOD_S = 0.008  # of canplayer: User-Mode Linux keeps up
+SLICE_PERIOD_S = 0.008  # speed of canplayer that User-Mode Linux can follow
 FRAMES_A_CYCLE = 2
 
 Recorded = tuple[Scenario, list[can.Message], Path]  # frames in the order of the bus, and a candump log of them
 
 
 def log_line(frame: can.Message, timestamp_s: float) -> str:
-    """As candump -L writes it."""
+    """Formatted like candump -L."""
     flags = f"#{4 | (1 if frame.bitrate_switch else 0)}" if frame.is_fd else ""
     return f"({timestamp_s:017.6f}) vcan0 {frame.arbitration_id:03X}#{flags}{frame.data.hex().upper()}\n"
 
 
 @pytest.fixture(scope="module", params=EXPERIMENTS)
 def recorded(request: pytest.FixtureRequest) -> Recorded:
-    """Kept in build/bus as long as firmware, DBC and scenario stay: a run takes half a minute."""
+    """Cached in build/bus while firmware, DBC and scenario are unchanged: a run takes half a minute."""
     scenario = load_scenario(shipped(request.param))
     made_of = (ROOT / "build" / "libtauperp.so", dbc_path(), shipped(request.param))
     key = hashlib.sha256(b"".join(path.read_bytes() for path in made_of) + scenario.configuration.block())
@@ -84,7 +84,7 @@ def test_a_different_answer_is_seen(start: Start, recorded: Recorded, tmp_path: 
 
 
 def test_canplayer_and_candump_see_the_same(start: Start, recorded: Recorded, tmp_path: Path) -> None:
-    """The beginning once more with peers nobody here wrote, by their own clock."""
+    """The first part again with foreign peers, in real time."""
     scenario, frames, _ = recorded
     period_s = scenario.configuration.period_us * 1e-6
     early = [frame for frame in frames if frame.timestamp < SLICE_CYCLES * period_s - period_s / 2]

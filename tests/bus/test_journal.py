@@ -57,7 +57,7 @@ def test_a_reader_that_does_not_read_does_not_stop_it(
 def test_a_terminal_that_is_stopped_does_not_stop_it(
     tmp_path: Path, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
-    """Ctrl-S, a pager, a connection that hangs: a write to a terminal waits although poll said that there is room."""
+    """Ctrl-S, a pager, a stalled connection: a write to a terminal blocks although poll reported space."""
     path = tmp_path / "block.bin"
     path.write_bytes(calm.block())
     master, terminal = os.openpty()
@@ -86,7 +86,7 @@ def test_a_terminal_that_is_stopped_does_not_stop_it(
 def test_lines_for_a_stdout_that_is_closed_do_not_go_to_the_bus(
     tmp_path: Path, calm: Configuration, bus: can.BusABC, wire: Wire
 ) -> None:
-    """A socket would get the number of stdout, and a line of 72 bytes is a CAN FD frame."""
+    """Otherwise a socket would get the number of stdout, and a line of 72 bytes is a CAN FD frame."""
     path = tmp_path / "block.bin"
     path.write_bytes(calm.block())
     guard = f"exec {bus_guard.RELEASE} --channel vcan0 --robot ku_dex --config {path} <&- >&- 2>&-"
@@ -105,7 +105,7 @@ def test_lines_for_a_stdout_that_is_closed_do_not_go_to_the_bus(
 def test_its_memory_is_the_same_after_everything_as_after_its_first_line(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
-    """A process that allocates has a heap or maps pages; libc does too."""
+    """A process that allocates, including libc, has a heap or maps pages."""
     process = start(calm, program=bus_guard.RELEASE)
     before = _maps(process)
     robot = Robot(calm, wire, bus)

@@ -1,4 +1,4 @@
-"""A slice of what `make bench-can` measures, with its verdicts; and that the soak's account can fail."""
+"""A small part of the measurements of `make bench-can`, with their verdicts; and that the soak's account can fail."""
 
 import json
 import subprocess
@@ -64,7 +64,7 @@ def test_minutes_of_random_faults_lose_no_frame_and_permit_nothing_wrongly(
 def test_a_guard_that_does_not_see_pushes_is_a_breach(
     configuration: Configuration, tmp_path: Path, field: str, cycles: int, breach: str
 ) -> None:
-    """The soak can fail: with the largest threshold or debounce that a block may have, beyond any push."""
+    """The soak can fail: with the largest threshold or debounce of a block, above any push."""
     dtype = block_dtype("float32")
     block = np.frombuffer(configuration.block(), dtype).copy()
     if field == "threshold_nm":

@@ -1,4 +1,4 @@
-"""The process by the clock, on a bus that is as it should be."""
+"""The process in real time, on a healthy bus."""
 
 import signal
 import time
@@ -17,7 +17,7 @@ def test_deadlines_are_looked_at_in_silence_too(start: Start, calm: Configuratio
     process = start(calm)
     robot = Robot(calm, wire, bus)
     lines = run_until_permitted(process, robot)
-    event = process.wait_for_state("Stopped", "SyncTimeout", after=lines)  # the robot falls silent
+    event = process.wait_for_state("Stopped", "SyncTimeout", after=lines)  # the robot becomes silent
     assert event["permitted"] is False
     frames = [bus.recv(1.0) for _ in range(12)]
     stops = [bytes(frame.data) for frame in frames if frame is not None and frame.arbitration_id == STOP_COMMAND]
@@ -40,7 +40,7 @@ def test_foreign_ids_stay_in_the_kernel(start: Start, calm: Configuration, bus: 
         bus.send(can.Message(arbitration_id=id, is_extended_id=False, data=[1], is_fd=True))
     bus.send(can.Message(arbitration_id=0x101, is_extended_id=True, data=[1], is_fd=True))
     bus.send(can.Message(arbitration_id=0x101, is_extended_id=False, is_remote_frame=True, dlc=8))
-    bus.send(can.Message(arbitration_id=0x101, is_extended_id=False, data=bytes(8)))  # classic, where FD is expected
+    bus.send(can.Message(arbitration_id=0x101, is_extended_id=False, data=bytes(8)))  # classic, although FD is expected
     bus.send(can.Message(arbitration_id=0x101, is_extended_id=False, data=bytes(12), is_fd=True))
     time.sleep(0.3)
     end = process.end()

@@ -1,4 +1,4 @@
-"""The process at its two ends: what it says before it begins, and its last word."""
+"""The start and the end of the process: its output before it starts, and its last frame."""
 
 import re
 import shutil
@@ -112,13 +112,13 @@ def test_it_asks_for_real_time_and_says_what_it_got(start: Start, calm: Configur
 
 
 def test_what_is_not_allowed_is_said_and_it_runs_without(block: Path) -> None:
-    """Root without the two capabilities, and no limit that would do instead."""
+    """Root without the two capabilities, and without a limit that would replace them."""
     unprivileged = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock", "prlimit", "--memlock=0", "--rtprio=0"]
     command = [str(bus_guard.RELEASE), "--channel", "vcan0", "--robot", "ku_dex", "--config", str(block)]
     process = subprocess.Popen([*unprivileged, *command], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     line = process.stdout.readline()
-    process.terminate()  # right after its first line: even so it ends with its last word
+    process.terminate()  # directly after its first line, it still ends with its last frame
     output, _ = process.communicate(timeout=20)
     assert "without real-time priority (Operation not permitted)" in line
     assert re.search(r"memory not locked \((Operation not permitted|Cannot allocate memory)\)", line)

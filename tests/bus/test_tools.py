@@ -1,4 +1,4 @@
-"""The tools of others on the guard's bus: can-utils, cantools, python-can."""
+"""Foreign tools on the guard's bus: can-utils, cantools, python-can."""
 
 import subprocess
 import time
@@ -21,7 +21,7 @@ CYCLES = 150  # after the first permission
 def dumped(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, tmp_path: Path
 ) -> tuple[Path, Robot]:
-    """What candump writes of a robot and a guard."""
+    """candump's log of a robot and a guard."""
     path = tmp_path / "candump.log"
     with bus_guard.candump(path, "vcan0"):
         process = start(configuration, "--lockstep")
@@ -51,7 +51,7 @@ def test_every_frame_decodes_and_passes_its_check(dumped: tuple[Path, Robot], wi
     assert names["StopCommand"] == ticks
     assert names["GuardStatus"] + names["GuardIndex"] == ticks
     assert names["Sync"] == names["JointState7"] == robot.cycle
-    assert permissions[:-1] == robot.log[1:]  # the first answer only begins the count
+    assert permissions[:-1] == robot.log[1:]  # the first answer only starts the count
     assert any(permissions)
     assert not permissions[-1]
 

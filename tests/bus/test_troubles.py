@@ -1,4 +1,4 @@
-"""Everything that can happen to the process's bus: the permission ends, latches, and the bus is taken up again."""
+"""All faults of the process's bus: the permission ends and latches, and the bus is used again."""
 
 import signal
 import subprocess
@@ -160,7 +160,7 @@ def test_frames_lost_in_the_receive_buffer_end_the_permission(
     subprocess.run([bus_guard.PEER, "flood", "vcan0", str(flood), "0", "00" * 8], check=True, capture_output=True)
     process.process.send_signal(signal.SIGCONT)
     time.sleep(0.1)
-    robot.step(wait=False)  # the kernel tells of the loss with the next frame
+    robot.step(wait=False)  # the kernel reports the loss with the next frame
     process.wait_for_bus("the receive buffer lost frames")
     event = process.wait_for_state("Stopped", after=lines)
     assert event["reason"] in (
@@ -168,7 +168,7 @@ def test_frames_lost_in_the_receive_buffer_end_the_permission(
         "SyncTimeout",
         "JointTimeout",
         "ErrorRate",
-    )  # the first that it came to know
+    )  # the first that the process noticed
     robot.live(3 * CALM_PERIOD_S, CALM_PERIOD_S)
     assert not robot.permitted
     end = process.end()

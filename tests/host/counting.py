@@ -1,4 +1,4 @@
-"""The cost of Python code as a number that a busy machine does not change."""
+"""The cost of Python code as a number that does not depend on the load of the machine."""
 
 import sys
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from types import FrameType
 
 
 def calls_of(function: Callable[[], object]) -> int:
-    """How many functions, of Python and of C, a call of this one calls."""
+    """How many Python and C functions one call of this function calls."""
     count = 0
 
     def profile(frame: FrameType, event: str, argument: object) -> None:

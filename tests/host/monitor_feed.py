@@ -24,7 +24,7 @@ CONFIG_CRC = 0x1BADCAFE
 
 @dataclass(frozen=True)
 class Script:
-    """What is on the bus in one cycle. Torques Nm, one number a joint."""
+    """The bus in one cycle. Torques Nm, one number per joint."""
 
     joints: int = 7
     residual: tuple[float, ...] = (0.5, -6.25, 1.0, -3.0, 0.25, 0.0, -0.5)
@@ -65,7 +65,7 @@ SCRIPTS = {
 
 
 class Feed:
-    """The frames of a script, cycle after cycle; the guard's pages and joints take turns as the firmware's do."""
+    """The frames of a script, cycle after cycle; the guard's pages and joints alternate as the firmware's do."""
 
     PAGES = 8
 
@@ -130,7 +130,7 @@ class Feed:
 
 
 def play(bus: can.BusABC, script: Script, rate_hz: float = 500.0) -> None:
-    """Forever, in real time; late cycles are made up for, so that the rate is right on average."""
+    """For ever, in real time. Late cycles are sent afterwards, so that the mean rate is correct."""
     feed, begin, cycle = Feed(Wire.read()), time.monotonic(), 0
     while True:
         for frame in feed.frames(script):

@@ -1,4 +1,4 @@
-"""Files that went wrong, at random: bytes lost, doubled or changed, and values that no writer means."""
+"""Randomly damaged files: bytes lost, repeated or changed, and values that no writer intends."""
 
 import re
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ WORD = re.compile(rb"[A-Za-z_][A-Za-z_]{2,}")
 
 
 def mutations(data: bytes, count: int, seed: int) -> Iterator[bytes]:
-    """So many changed versions of a file, the same for the same seed. Some of them may still be good."""
+    """This many changed versions of a file, the same for the same seed. Some of them may still be valid."""
     random = np.random.default_rng(seed)
     changes = (_cut, _lose, _double, _flip, _value, _value, _word, _swap)
     for _ in range(count):

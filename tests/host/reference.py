@@ -51,7 +51,7 @@ class Reference:
         else:
             decay = self._decay**gap
             momentum, drift_before, tau_before = self._before
-            share = (gap - 1) / (2 * gap)  # of the mean torque before a gap, if it changed steadily
+            share = (gap - 1) / (2 * gap)  # of the mean torque before a gap, if it changed linearly
             mean = share * tau_before + (1 - share) * tau + (drift + drift_before) / 2
             span = gap * self._period_s
             rest = mean - (terms.momentum - momentum) / span

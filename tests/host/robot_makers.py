@@ -1,4 +1,4 @@
-"""Robots made up for tests: random chains, and URDF text of any Robot."""
+"""Robots for tests: random chains, and URDF text of any Robot."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def random_rotation(random: np.random.Generator) -> Array:
 
 
 def random_inertia(random: np.random.Generator, mass: float) -> Array:
-    """Of three point masses and some bulk: physical whatever the numbers."""
+    """Inertia of three point masses and a solid part: physical for any numbers."""
     points = random.normal(scale=0.08, size=(4, 3))
     inertia = sum((p @ p) * np.eye(3) - np.outer(p, p) for p in points)
     return mass / 4.0 * inertia + 1e-4 * mass * np.eye(3)
@@ -41,7 +41,7 @@ def random_joint(
 
 
 def robot_of(joints: list[Joint], random: np.random.Generator) -> Robot:
-    """The joints as a robot with a random tip and a base mounted anyhow."""
+    """The joints as a robot with a random tip and a random orientation of the base."""
     return Robot(
         name="made_up",
         joints=tuple(joints),

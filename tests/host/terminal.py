@@ -1,4 +1,4 @@
-"""A program in a pseudo-terminal, and what a person would see on its screen."""
+"""A program in a pseudo-terminal, and the screen as a person would see it."""
 
 import codecs
 import fcntl
@@ -19,7 +19,7 @@ BEYOND = 40
 
 
 class Terminal:
-    """Runs a Python program at `columns` x `rows`; a context manager that leaves nothing running."""
+    """Runs a Python program at `columns` x `rows`; a context manager that ends the program."""
 
     def __init__(self, arguments: Sequence[str], columns: int, rows: int, kind: str = "xterm-256color") -> None:
         # The real screen has the width that the program sees; this one shows what it writes beyond that edge.
@@ -74,7 +74,7 @@ class Terminal:
         return str(self.screen.buffer[row][self.screen.display[row].find(words)].bg)
 
     def wait_for(self, seen: Callable[[str], bool], timeout_s: float = 20.0) -> str:
-        """The screen once `seen` says yes to its text."""
+        """The screen as soon as `seen` accepts its text."""
         end = time.monotonic() + timeout_s
         while time.monotonic() < end:
             if self._read(0.1) and seen(self.text):
@@ -84,16 +84,16 @@ class Terminal:
         raise AssertionError(f"this did not come:\n{self.text}")
 
     def wait_for_words(self, *words: str) -> str:
-        """The screen once all of `words` are on it."""
+        """The screen as soon as it contains all `words`."""
         return self.wait_for(lambda text: all(word in text for word in words))
 
     def press_ctrl_c(self) -> int:
-        """As the key does it: the terminal itself sends the signal. Returns the exit code."""
+        """Like the key: the terminal itself sends the signal. Returns the exit code."""
         os.write(self._master, b"\x03")
         return self.wait()
 
     def interrupt(self) -> int:
-        """The same, as another process does it."""
+        """The same, sent by another process."""
         self.program.send_signal(signal.SIGINT)
         return self.wait()
 
@@ -111,7 +111,7 @@ class Terminal:
             return False
         try:
             data = os.read(self._master, 65536)
-        except OSError:  # Linux's way to say that nobody has it open any more
+        except OSError:  # Linux reports this way that no process has it open
             return False
         text = self._decoder.decode(data)
         self.output += text

@@ -1,4 +1,4 @@
-"""What `make bench` makes of what its programs print: the JSON, the baseline, the table, the agreement of peers."""
+"""How `make bench` processes the output of its programs: the JSON, the baseline, the table, the agreement of peers."""
 
 import copy
 import json
@@ -129,7 +129,7 @@ def test_the_committed_baseline_has_every_target_numeric_type_and_case() -> None
                 assert 0 < counts[case]["mean"] <= counts[case]["worst"]
                 assert counts[case]["states"] == 10000
                 assert set(counts[case]["stages"]) == set(STAGES.get(case, STAGES["none"]))
-            assert counts["contact"]["rank_deficient"] > 1000  # the states are not all easy ones
+            assert counts["contact"]["rank_deficient"] > 1000  # some of the states are singular
             assert counts["painted_stack_bytes"] <= counts["stack_bytes"]
 
 

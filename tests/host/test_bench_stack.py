@@ -42,7 +42,7 @@ def test_the_worst_path_is_the_sum_of_its_frames_and_not_of_all(tmp_path: Path) 
         void root(void)    { volatile char a[10]; a[0] = 1; shallow(); middle(); a[1] = 2; }
     """
     of = frames(compiled(tmp_path, source))
-    assert of["deep"] >= 180  # less what lies in the red zone
+    assert of["deep"] >= 180  # minus the bytes in the red zone
     assert worst_stack(tmp_path, ("root",), nothing) == of["root"] + of["middle"] + of["deep"]
     assert worst_stack(tmp_path, ("shallow", "deep"), nothing) == of["deep"]
 

@@ -1,4 +1,4 @@
-"""Opening a bus, and how full the wire makes it."""
+"""Opening a bus, and the bus load of the wire."""
 
 import argparse
 import subprocess
@@ -61,7 +61,7 @@ def test_a_bus_that_does_not_exist_is_one_line_that_says_which(arguments: tuple[
 
 
 def test_the_command_says_it_once(capfd: pytest.CaptureFixture[str]) -> None:
-    """In a process of its own: what python-can logs goes to whatever logs there."""
+    """In a separate process: python-can's log goes to its default handlers."""
     command = [sys.executable, "-m", "tauperp.cli", "monitor", "--once", "-i", "socketcan", "-c", "nosuchcan0"]
     assert subprocess.run(command, check=False).returncode == 2
     output = capfd.readouterr()

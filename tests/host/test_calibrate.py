@@ -1,4 +1,4 @@
-"""Calibration: what it finds on arms whose errors are known, what it refuses, and real recordings."""
+"""Calibration: its results for arms with known errors, what it refuses, and real recordings."""
 
 import csv
 import re
@@ -270,7 +270,7 @@ def test_a_term_in_speed_is_worth_it_only_where_held_out_data_say_so() -> None:
     noise = 0.1 * rng.uniform(0, 1, (200, 3))
     maxima = noise + np.array([1.0, 0.0, 1.0]) * speed
     held = maxima[100:].copy()
-    held[:, 2] = 1.0  # as large when it is slow: what the first half said of speed does not hold
+    held[:, 2] = 1.0  # as large at low speed: what the first half says about speed is not true here
     gain = tail.speed_gain(maxima[:100], speed[:100], held, speed[100:])
     assert gain[0] == pytest.approx(0.45, abs=0.1)
     assert gain[1] < 0.05

@@ -1,4 +1,4 @@
-"""The command line as a person meets it: help, one-line errors, exit codes."""
+"""The command line for a user: help, one-line errors, exit codes."""
 
 import argparse
 import os
@@ -25,7 +25,7 @@ def run(
 
 @pytest.fixture
 def command(monkeypatch: pytest.MonkeyPatch) -> types.SimpleNamespace:
-    """A subcommand `ghost` of which a test sets what it does."""
+    """A subcommand `ghost` whose behaviour the test sets."""
     ghost = types.SimpleNamespace(HELP="a command", add_arguments=lambda parser: None, run=lambda args: 0)
     monkeypatch.setitem(cli.COMMANDS, "ghost", "a command")
     monkeypatch.setitem(sys.modules, "tauperp.commands.ghost", ghost)
@@ -136,7 +136,7 @@ def test_a_reader_that_has_gone_ends_quietly(arguments: list[str]) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": ""},  # else argparse meets the error, and drops it
+        env={**os.environ, "PYTHONUNBUFFERED": ""},  # otherwise argparse gets the error and drops it
     )
     assert process.stdout is not None
     assert process.stderr is not None

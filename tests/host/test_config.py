@@ -1,4 +1,4 @@
-"""From a TOML file to a checked configuration: what is taken, what is refused, and how that is said."""
+"""From a TOML file to a checked configuration: what is accepted, what is refused, and the messages."""
 
 import dataclasses
 import json
@@ -17,7 +17,7 @@ from tauperp.wire import Wire
 
 
 def arm(joints: int) -> robot.Robot:
-    """The shipped arm, cut off after so many joints."""
+    """The shipped arm, truncated after this many joints."""
     whole = robot.load("ku_dex")
     return dataclasses.replace(whole, joints=whole.joints[:joints], capsules=whole.capsules[:joints])
 
@@ -36,7 +36,7 @@ def write(tmp_path: Path) -> Write:
 
 
 def refusal(path: Path) -> str:
-    """What `tauperp` says about the file, without the path in front."""
+    """The message of `tauperp` about the file, without the path at the start."""
     with pytest.raises(InputError) as error:
         load_configuration(path)
     message = str(error.value)
@@ -212,10 +212,10 @@ def test_a_task_of_ones_own_is_a_row_with_components_axes_and_a_point(write: Wri
     axes = row["index"]["axis"]
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(row["index"]["point"]), np.hypot(0.1, 0.2), atol=1e-6)
-    assert row["detector"]["channels"] == 0b01  # without fast components it does not look at `sudden`
+    assert row["detector"]["channels"] == 0b01  # without fast components it does not use `sudden`
     contact = np.frombuffer(configuration.block(), block_dtype("float32"))[0]["task"][3]
     assert (contact["index"]["fast"], contact["detector"]["channels"]) == (0b111, 0b11)
-    Guard(configuration.block())  # and the firmware takes it
+    Guard(configuration.block())  # and the firmware accepts it
 
 
 @pytest.mark.parametrize("name", ["panda", "ku_dex", "kinova3"])

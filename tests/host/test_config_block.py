@@ -1,4 +1,4 @@
-"""The block is guard_config_t byte for byte, and says what the configuration says."""
+"""The block is guard_config_t byte for byte, and contains the values of the configuration."""
 
 import dataclasses
 import math

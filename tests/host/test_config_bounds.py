@@ -25,7 +25,7 @@ Change = Callable[[Any], None]
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """A bound: this change keeps it, that one breaks it, and the check then answers `status`."""
+    """A bound: the first change keeps it, the second violates it, and the check then returns `status`."""
 
     field: str
     status: str
@@ -133,14 +133,14 @@ def rows_of_bank() -> list[Row]:
         row(first + "own.0", bad, decay, 0.999),  # 20 times the step
         row(first + "own.0", bad, decay, 1),
         row(first + "own.0", bad, decay, -1),
-        row(first + "high_pass.0", bad, 0, 1e-3),  # the only channel forgets a force that stays
+        row(first + "high_pass.0", bad, 0, 1e-3),  # the only channel does not detect a constant force
         row(first + "high_pass.0", bad, 0, -1e-3),
     ]
     return rows
 
 
 def rows_of_regressor() -> list[Row]:
-    """d_r in place of d_p, with its filter."""
+    """d_r instead of d_p, with its filter."""
     bad = "BAD_BANK"
     constants = channel_constants(120.0, order=1, damping=1.0, high_pass_hz=0.0, gain_per_s=50.0, period_s=1e-3)
     place = "regressor.low_pass."
@@ -150,9 +150,9 @@ def rows_of_regressor() -> list[Row]:
         *(to(f"{place}{name}.{gap}", values[gap]) for name, values in constants.items() for gap in range(4)),
     )
     rows = [
-        row("regressor.used", bad, 1, 0, used),  # a task asks for it
+        row("regressor.used", bad, 1, 0, used),  # a task uses it
         row("regressor.used", bad, 1, 2, used),
-        row("regressor.used", bad, 0, 1),  # nobody asks for it
+        row("regressor.used", bad, 0, 1),  # no task uses it
         row(place + "of", bad, 0, 1, used),
         row(place + "high_pass.0", bad, 0, 1e-3, used),
         row(place + "in.0", bad, constants["in"][0], 0, used),
@@ -236,7 +236,7 @@ def rows_of_tasks() -> list[Row]:
         row(f"{contact}.axis.0.0", bad, 0, 1),  # FRAME_TIP has none
         row(f"{contact}.point.2", bad, POINT_M, POINT_M + 0.1, axes),
         row(f"{contact}.point.2", bad, 0, 0.1),
-        row(f"{contact}.fast", bad, 0, 1),  # no channel watches it
+        row(f"{contact}.fast", bad, 0, 1),  # no channel uses it
         row(f"task.{NONE}.index.fast", bad, 0, 1),
     ]
     for task in (NONE, PAYLOAD, CONTACT):
@@ -281,7 +281,7 @@ ROWS = [
 
 
 def answer(change: Change, numeric: Numeric, rate_hz: float = 1000.0) -> str:
-    """What config_check says of panda's default block after this change, with its CRC right."""
+    """The result of config_check for panda's default block after this change, with a valid CRC."""
     configuration = load_configuration("default", robot="panda")
     assert configuration.settings.wire.rate_hz == rate_hz
     block = np.frombuffer(bytearray(configuration.block(numeric)), block_dtype(numeric))
@@ -303,7 +303,7 @@ def test_the_last_value_inside_passes_and_the_next_does_not(bound: Row, numeric:
 
 @pytest.mark.parametrize("task", [PAYLOAD, CONTACT])
 def test_a_task_that_explains_all_directions_of_a_short_arm_is_refused(task: int) -> None:
-    """d_e wants 7 joints and d_p 6; the other tasks are off, so that the status is this task's."""
+    """d_e needs 7 joints and d_p 6. The other tasks are off, so that the status is this task's."""
     want = {PAYLOAD: (6, 5, "PAYLOAD_NEEDS_6_JOINTS"), CONTACT: (7, 6, "CONTACT_NEEDS_JOINTS")}[task]
     other = {PAYLOAD: CONTACT, CONTACT: PAYLOAD}[task]
     off = both(to(f"task.{other}.index.kind", 0), to(f"task.{other}.index.components", 0))
@@ -320,7 +320,7 @@ def joints(count: int) -> Change:
 
 
 def test_a_reaction_beyond_the_limit_is_refused() -> None:
-    """A filter that takes 0.55 s to half of a step and 1 s to its size: only the debounce decides."""
+    """A filter that takes 0.55 s to half of a step and 1 s to the full step: only the debounce decides."""
     constants = channel_constants(2.16, order=2, damping=0.4, high_pass_hz=0, gain_per_s=50, period_s=1e-3)
     slow = both(
         *(to(f"bank.channel.0.{name}.{gap}", values[gap]) for name, values in constants.items() for gap in range(4))

@@ -66,7 +66,7 @@ def random_states(robot: Robot, count: int = STATES) -> tuple[Array, Array]:
 
 
 def exact(values: Array, numeric: Numeric) -> Array:
-    """The float64 of what num_t holds."""
+    """The float64 value of a num_t."""
     return values.astype(np.float32).astype(float) if numeric == "float32" else np.rint(values * 2**22) / 2**22
 
 
@@ -134,7 +134,7 @@ def test_the_projector_agrees_with_lapack(core: Core, robot: Robot, numeric: Num
 
 
 def test_the_residual_agrees_with_a_float64_observer(core: Core, robot: Robot, numeric: Numeric) -> None:
-    """A second of fast motion with torques that have nothing to do with it: only the arithmetic differs."""
+    """A second of fast motion with unrelated torques: only the arithmetic differs."""
     print(f"seed {SEED}")
     random = np.random.default_rng(SEED)
     period, gain, ticks = 1e-3, 50.0, 1000

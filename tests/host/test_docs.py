@@ -1,4 +1,4 @@
-"""The documentation: every link leads somewhere, and what is written twice agrees."""
+"""The documentation: every link is valid, every command exists, and repeated facts agree."""
 
 import importlib.util
 import re

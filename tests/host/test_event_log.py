@@ -1,4 +1,4 @@
-"""The event recorder from the compiled firmware to the file: a trip as the guard saw it, read over the bus."""
+"""The event recorder from the compiled firmware to the file: a trip as the guard computed it, read over the bus."""
 
 import json
 import time

@@ -1,4 +1,4 @@
-"""The paper's two experiments against the compiled firmware: what must hold, and that it is the same every time."""
+"""The paper's two experiments with the compiled firmware: their requirements, and the same results every time."""
 
 import json
 import subprocess
@@ -129,7 +129,7 @@ def test_a_strike_too_soft_for_the_threshold_is_missed_and_said_so(tmp_path: Pat
 
 
 def test_a_stop_without_a_collision_is_a_false_stop(tmp_path: Path) -> None:
-    """A payload that the guard is not told of, while the task says there is none."""
+    """An unknown payload while the task is `none`."""
     lie = '[[phase]]\ntask = "none"\npayload = { mass_kg = 2.0 }\ndo = [{ wait_s = 0.5 }]\n'
     outcome = run_scenario(replace(short(tmp_path, lie), time_limit_s=3.0))
     assert outcome.report["false_stops"] == 1
@@ -169,7 +169,7 @@ def test_what_met_a_stopped_arm_or_came_after_the_end_was_not_tested(tmp_path: P
 
 
 def test_peaks_are_of_permitted_ticks_without_a_fault_and_the_permission_is_told(tmp_path: Path) -> None:
-    """An offset of 1.5 Nm stops nothing, and is no peak of an arm with which nothing was wrong."""
+    """An offset of 1.5 Nm stops nothing, and is not a peak of an arm without faults."""
     fault = '[[fault]]\njoint = 3\nkind = "{}"\nstart_s = 0.8\nend_s = 1.0\nvalue = {}\n'
     report = run_scenario(short(tmp_path, fault.format("offset", 1.5))).report
     assert report["peak_residual_free_nm"] < 0.3

@@ -1,4 +1,4 @@
-"""What is written is there whole or not at all."""
+"""A written file is complete or absent."""
 
 import os
 from pathlib import Path

@@ -71,7 +71,7 @@ class Bench:
         return self
 
     def reset(self, trip: int) -> Verdict:
-        """Ask for the end of a trip, or of the start: an edge of Request. The first frame only sets a reference."""
+        """Request the end of a trip, or of the start: an edge of Request. The first frame only sets a reference."""
         for request in (0, 0, 1):
             frame = self.sender.frame("GuardReset", {"Request": request, "TripNumber": trip})
             verdict = self.tick([*self.frames(), frame])
@@ -228,7 +228,7 @@ def test_verdicts_keep_their_numbers(bench: Bench) -> None:
 
 
 def resealed(block: bytes, offset: int, word: int) -> bytes:
-    """The block with one word changed and a CRC that fits."""
+    """The block with one word changed and a matching CRC."""
     changed = bytearray(block)
     struct.pack_into("<I", changed, offset, word)
     struct.pack_into("<I", changed, 12, zlib.crc32(changed[16:]))
@@ -268,7 +268,7 @@ def test_a_block_of_another_length_is_refused(configuration: Configuration, leng
 
 
 def test_a_tick_with_its_frames_takes_few_calls(bench: Bench) -> None:
-    """The goal is 100 us in Python. A busy machine does not change how many functions are called."""
+    """The goal is 100 us in Python. The load of the machine does not change how many functions are called."""
     bench.tick(bench.frames())
     assert 0 < calls_of(lambda: bench.guard.tick(bench.now_us)) < 1000
 

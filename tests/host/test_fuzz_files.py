@@ -1,4 +1,4 @@
-"""Damaged files of every kind: what a reader makes of them is a result or one line, never a traceback."""
+"""Damaged files of every kind: a reader returns a result or one line, never a traceback."""
 
 import gzip
 import warnings

@@ -1,8 +1,5 @@
-"""The compiled guard under faults of controller, clock and bus, judged from outside: several arms, rates, numbers.
-
-`Rig` is an arm that stands still and a board's loop around the guard. Faults come in as a controller, a clock or a bus
-makes them. The one rule that every test holds: a tick permits motion only if a snapshot was evaluated lately.
-"""
+"""The compiled guard with faults of controller, clock and bus, judged from outside: several arms, rates, numeric
+types."""
 
 import dataclasses
 import itertools
@@ -19,7 +16,7 @@ from tauperp.wire import Sender
 JOINT_DEADLINE = 4  # cycles, the DBC's
 TASK_DEADLINE = 8
 CLOCK_WINDOW = 64  # cycles over which the guard compares its clock with the cycles
-LONG = 4000  # cycles in which everything has happened that is going to
+LONG = 4000  # cycles in which all effects have happened
 GAIN_PER_S = {1000: 50.0, 500: 50.0, 100: 40.0, 20: 15.0}
 
 Frames = list[can.Message]
@@ -95,7 +92,7 @@ class Rig:
         ]
 
     def advance(self, stride: int = 1) -> None:
-        """To the next cycle, by the guard's clock and by the controller's number."""
+        """To the next cycle, by the guard's clock and the controller's number."""
         self.clock_us += self.period_us * self.clock_rate
         self.cycle += stride
 
@@ -122,7 +119,7 @@ class Rig:
         return self.tick()
 
     def resets(self) -> Callable[[], None]:
-        """Each call is one frame of a square wave of Request, for the number that the guard names."""
+        """Each call is one frame of a square wave of Request, for the trip number that the guard reports."""
         requests = itertools.cycle((0, 0, 1))
 
         def ask() -> None:
@@ -132,7 +129,7 @@ class Rig:
         return ask
 
     def permitted_within(self, cycles: int, step: Callable[[], Verdict] | None = None) -> int | None:
-        """Runs with a controller that asks for resets all the time; cycles to the first permission, or None."""
+        """Runs with a controller that permanently requests resets; cycles to the first permission, or None."""
         ask = self.resets()
         for k in range(cycles):
             ask()
@@ -176,7 +173,7 @@ def test_a_jump_ends_the_permission_at_once_and_a_contact_never_hides_behind_it(
 @on_every_case
 @pytest.mark.parametrize("seed", range(3))
 def test_a_contact_is_found_under_any_sequence_of_cycle_numbers(case: Case, seed: int) -> None:
-    """Strides that a lossy bus makes, and now and then a jump; the contact begins at a random cycle."""
+    """Cycle steps of a lossy bus, and sometimes a jump. The contact starts at a random cycle."""
     rig, random = Rig(case), random_of(case, seed)
     ask, begin, permitted = rig.resets(), int(random.integers(300, 900)), 0
     for k in range(1500):
@@ -222,7 +219,7 @@ def test_cycles_that_no_tick_evaluates_end_the_permission_at_the_joint_deadline(
 @on_every_case
 @pytest.mark.parametrize("seed", range(3))
 def test_a_permission_follows_an_evaluation_in_any_order_of_frames_and_ticks(case: Case, seed: int) -> None:
-    """Rig.tick asserts the rule; here frames are late, lost, twice and in any order, and ticks come in between."""
+    """Rig.tick asserts the rule. Here frames are late, lost, repeated and in any order, with ticks in between."""
     rig, random = Rig(case).started(), random_of(case, seed)
     ask = rig.resets()
     waiting: Frames = []
@@ -422,7 +419,7 @@ def test_a_worse_event_after_a_collision_raises_the_category(case: Case) -> None
 @on_every_case
 @pytest.mark.parametrize("gone", [True, False])
 def test_a_second_contact_after_a_collision_raises_the_category(case: Case, gone: bool) -> None:
-    """On another joint, whether the first one is gone or still there."""
+    """On another joint, whether or not the first contact has ended."""
     rig = Rig(case).started()
     rig.contact = rig.push
     assert rig.stopped_within(100) is not None
@@ -443,7 +440,7 @@ def test_a_second_contact_after_a_collision_raises_the_category(case: Case, gone
 @on_every_case
 @pytest.mark.parametrize("seed", range(3))
 def test_a_contact_that_goes_on_is_one_contact(case: Case, seed: int) -> None:
-    """It trembles by a fifth, and grows while the robot stops."""
+    """It varies by a fifth, and grows while the robot stops."""
     rig, random = Rig(case).started(), random_of(case, seed)
     rig.contact = rig.push
     assert rig.stopped_within(100) is not None

@@ -1,4 +1,4 @@
-"""docs/guide.md: its code runs, and shows what its text says."""
+"""docs/guide.md: its code runs, and shows what the text states."""
 
 import re
 from pathlib import Path

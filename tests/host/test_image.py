@@ -1,4 +1,4 @@
-"""`tauperp version`: an image's identity, and every file that has none."""
+"""`tauperp version`: an image's identity, and every file without one."""
 
 import struct
 from pathlib import Path
@@ -15,7 +15,7 @@ NOTE = bytes(16) + bytes.fromhex("0123456789")
 
 
 def elf(sections: dict[str, bytes]) -> bytes:
-    """An ELF file of these sections and nothing else."""
+    """An ELF file with only these sections."""
     contents = {"": b"", **sections, ".shstrtab": b""}
     names = b"".join(name.encode() + b"\0" for name in contents)
     contents[".shstrtab"] = names

@@ -1,4 +1,4 @@
-"""The layers of firmware and host: who may use whom, and that the firmware's lower ones stand alone."""
+"""The layers of firmware and host: allowed dependencies, and that the lower layers of the firmware build alone."""
 
 import ast
 import re
@@ -47,7 +47,7 @@ NARROW = {"sim": {"robot"}, "robot": {"errors", "toml"}}  # these may use no mor
 
 
 def climbing(firmware: Path) -> list[str]:
-    """Every include of a room that the including one may not use, as "file -> room"."""
+    """Every forbidden include, as "file -> room"."""
     rooms: dict[str, set[str]] = {}
     for header in firmware.rglob("*.h"):
         rooms.setdefault(header.name, set()).add(header.relative_to(firmware).parts[0])

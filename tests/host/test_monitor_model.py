@@ -1,4 +1,4 @@
-"""What the monitor makes of the frames it hears: pure values, no bus, no clock, no terminal."""
+"""The monitor's results for the frames that it receives: pure values, no bus, no clock, no terminal."""
 
 import dataclasses
 import json

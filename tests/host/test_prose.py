@@ -1,4 +1,4 @@
-"""tools/prose: what the prose check finds, and what it leaves alone."""
+"""tools/prose: what the prose check finds, and what it ignores."""
 
 import importlib.util
 from importlib.machinery import SourceFileLoader
