@@ -1,7 +1,8 @@
-"""Tests that need vcan0 run where it is: in one pytest inside tools/vcan, whose reports become those of this run.
+"""Tests that need vcan0 run where it is: in a pytest inside tools/vcan, whose reports become those of this run.
 
-The inner run gets the names of the selected tests in a file, and appends each of its reports as a line of JSON to
-another. The outer run reads that file as it grows. Inside (vcan0 exists) this module only writes.
+Each group of them has a vcan0 of its own, so that two workers share them. The inner run of a group gets the names of
+the selected tests in a file, and appends each of its reports as a line of JSON to another. The outer run reads that
+file as it grows. Inside (vcan0 exists) this module only writes.
 """
 
 import json
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, TextIO
 
 import pytest
+from bus_groups import group_of, is_bus_test
 from checkout import BUILD, REFUSED, ROOT, ci_accepts, lacking, make
 
 REPORTS = "TAUPERP_BUS_REPORTS"
@@ -28,10 +30,6 @@ PROGRAMS = (
     "build/bus-soak",
     "build/controller",
 )
-
-
-def is_bus_test(nodeid: str) -> bool:
-    return nodeid.startswith(("tests/bus/", "tests/target/test_versal_lockstep.py"))
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -122,6 +120,7 @@ class Outside:
 
     def __init__(self) -> None:
         self._inner: Inner | None = None
+        self._group = ""
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> bool | None:
@@ -137,15 +136,21 @@ class Outside:
         reason = lacking(item)
         if reason:
             return [skipped(item, reason)]
-        if self._inner is None:
-            make("-j2", *PROGRAMS, check=False)  # what does not build fails its tests inside
-            nodeids = [other.nodeid for other in item.session.items if other.get_closest_marker("bus")]
-            self._inner = Inner(item.config, nodeids)
+        if self._inner is None or self._group != group_of(item.nodeid):
+            self._inner = self._begin(item)
         found = self._inner.reports_of(item.nodeid)
         if found is None:
             return [self._without(item, self._inner)]
         hook = item.config.hook.pytest_report_from_serializable
         return [hook(config=item.config, data=report) for report in found]
+
+    def _begin(self, item: pytest.Item) -> Inner:
+        """The inner run of this test's group."""
+        self.pytest_sessionfinish()
+        make("-j2", *PROGRAMS, check=False)  # what does not build fails its tests inside
+        self._group = group_of(item.nodeid)
+        others = [other.nodeid for other in item.session.items if other.get_closest_marker("bus")]
+        return Inner(item.config, [nodeid for nodeid in others if group_of(nodeid) == self._group])
 
     @staticmethod
     def _without(item: pytest.Item, inner: Inner) -> pytest.TestReport:

@@ -14,6 +14,7 @@ import signal
 from collections.abc import Iterator
 from typing import Any
 
+import bus_groups
 import checkout
 import pytest
 from xdist.scheduler import LoadScopeScheduling
@@ -66,10 +67,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=place)
 
 
-def place(item: pytest.Item) -> tuple[int, bool]:
-    """Position in the order: by folder, in tests/host the slow files first."""
+def place(item: pytest.Item) -> tuple[int, str, bool]:
+    """Position in the order: by folder, the groups of the bus together, in tests/host the slow files first."""
     folder = next((number for number, start in enumerate(FIRST) if item.nodeid.startswith(start)), len(FIRST))
-    return folder, item.get_closest_marker("slow") is None
+    group = bus_groups.group_of(item.nodeid) if bus_groups.is_bus_test(item.nodeid) else ""
+    return folder, group, item.get_closest_marker("slow") is None
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -103,8 +105,8 @@ class Scheduling(LoadScopeScheduling):
 
 def scope_of(nodeid: str) -> str:
     file, _, test = nodeid.partition("::")
-    if file.startswith("tests/bus/") or file.endswith("test_versal_lockstep.py"):
-        return "bus"
+    if bus_groups.is_bus_test(nodeid):
+        return bus_groups.group_of(nodeid)
     if file.startswith("tests/unit/"):
         return file + test[test.rfind("[") :]
     if file.startswith("tests/host/") or file.endswith("test_planted.py"):
