@@ -17,7 +17,7 @@ from tauperp.cli import COMMANDS, command_help
 from tauperp.config.settings import Settings
 from tauperp.files import repository_root
 from tauperp.wire import Wire
-from tauperp.wire_values import REASON_CLASS
+from tauperp.wire_values import REASON_CLASS, Page
 
 ROOT = repository_root()
 REASONS = ROOT / "docs" / "reasons.toml"
@@ -180,7 +180,11 @@ def wire() -> str:
         for signal in message.definition.signals:
             if re.search(r"[2-8]$", signal.name):
                 continue
-            page = ", ".join(map(str, signal.multiplexer_ids or []))
+            named = message.definition.name == "GuardStatus"
+            pages = [
+                f"{page} {Page(page).name.title()}" if named else str(page) for page in signal.multiplexer_ids or []
+            ]
+            page = ", ".join(pages)
             values = ", ".join(f"{number} {name}" for number, name in (signal.choices or {}).items())
             meaning = " ".join(filter(None, [signal.comment, values and f"Values: {values}."]))
             unit = f"{signal.scale:g} {signal.unit or ''}".strip()
