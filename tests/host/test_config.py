@@ -98,10 +98,10 @@ def test_presets_turn_off_what_an_arm_with_few_joints_could_not_see(joints: int,
 
 
 @pytest.mark.parametrize(("joints", "task", "index"), [(6, "contact", "d_e"), (5, "payload", "d_p")])
-def test_asking_for_an_index_that_would_see_nothing_is_refused(
+def test_asking_for_an_index_that_would_detect_nothing_is_refused(
     write: Write, joints: int, task: str, index: str
 ) -> None:
-    with pytest.raises(InputError, match=rf"task\.{task}\.index: {index} explains . directions.*see nothing"):
+    with pytest.raises(InputError, match=rf"task\.{task}\.index: {index} explains . directions.*detect nothing"):
         load_configuration(write(f'[task.{task}]\nindex = "{index}"'), robot=arm(joints))
 
 

@@ -44,7 +44,7 @@ def test_a_recording_holds_every_frame_of_both_directions_in_simulated_time(
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("there.log", "there.log: is there already"),
+        ("there.log", "there.log: already exists"),
         ("x.trc", ".trc holds no CAN FD frames; use .asc, .blf, .log"),
         ("x.db", ".db holds no CAN FD frames"),
         ("x.png", "python-can writes no '.png'"),

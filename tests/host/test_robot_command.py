@@ -75,7 +75,7 @@ def test_bad_input_is_one_line_and_nothing_written(tmp_path: Path, capsys: pytes
     assert error.startswith("tauperp: gone.urdf: no such file")
     assert error.count("\n") == 1
     assert cli.main(["robot", "panda", "--name", "+++"]) == 2
-    assert "'+++' is no name for a robot" in capsys.readouterr().err
+    assert "'+++' is not a name for a robot" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])

@@ -363,7 +363,7 @@ REFUSED = {
         "joint 'j2': effort limit -1 is not positive",
     ),
     "nine joints": (NINE, {}, "robot 'made_up': 9 revolute joints from link 'l0' to link 'l9'; 1 to 8 can be guarded"),
-    "no joints": (urdf(urdf_link("a", 1.0)), {}, "robot 'made_up': no joint moves behind link 'a'"),
+    "no joints": (urdf(urdf_link("a", 1.0)), {}, "robot 'made_up': no joint moves after link 'a'"),
     "tip is base": (arm(), {"tip": "base"}, "robot 'made_up': 0 revolute joints from link 'base' to link 'base'"),
     "unknown tip": (
         arm(),
@@ -371,7 +371,7 @@ REFUSED = {
         "robot 'made_up' has no link 'hand' to be the tip; it has 'base', 'upper', 'fore'",
     ),
     "unknown base": (arm(), {"base": "floor"}, "robot 'made_up' has no link 'floor' to be the base"),
-    "tip before base": (arm(), {"base": "fore", "tip": "upper"}, "link 'upper' does not hang on base 'fore'"),
+    "tip before base": (arm(), {"base": "fore", "tip": "upper"}, "link 'upper' is not a descendant of base 'fore'"),
     "tool": (arm(), {"tool": [0.0, np.nan, 0.0]}, "tool: three numbers are needed"),
     "mounting": (arm(), {"base_rpy": [0.0, 1.0]}, "base-rpy: three numbers are needed"),
     "two parents": (

@@ -310,7 +310,7 @@ def test_a_core_takes_the_part_of_a_file(tmp_path: Path) -> None:
     (tmp_path / "lift.urdf").write_text(LIFT)
     core = Core(tmp_path / "lift.urdf", base="base", tool=[0.0, 0.0, 0.1])
     assert core.n == 2
-    with pytest.raises(InputError, match="this one is read already"):
+    with pytest.raises(InputError, match="not to a Robot object"):
         Core(core.robot, base="base")
 
 

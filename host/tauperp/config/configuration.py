@@ -118,7 +118,7 @@ class Configuration:
         if any(channel.of == "sudden" and channel.high_pass_hz == 0 for channel in channels):
             self._refuse("bank.channel", "a channel of 'sudden' needs a high-pass")
         if channels and all(channel.high_pass_hz > 0 for channel in channels):
-            self._refuse("bank.channel", "every channel has a high-pass: a force that stays would not be seen")
+            self._refuse("bank.channel", "every channel has a high-pass: the guard would not detect a constant force")
         names = list(self.settings.task.numbers)
         if len(names) != len(TASKS) + len(settings.task.more):
             self._refuse("task.more", "two tasks have the same name")
@@ -150,7 +150,7 @@ class Configuration:
             self._refuse(
                 f"task.{name}.index",
                 f"{task.index} explains {explained_directions(task)} directions, "
-                f"so with the {n} joints of {self.robot.name} it would see nothing; use 'r' or 'off'",
+                f"so with the {n} joints of {self.robot.name} the guard would detect nothing; use 'r' or 'off'",
             )
         if task.index == "off":
             return

@@ -90,9 +90,7 @@ def _robot(
 
     if isinstance(given, robots.Robot):
         if chain:
-            raise InputError(
-                f"{name}: {', '.join(chain)} goes with a robot's name or file, and this one is read already"
-            )
+            raise InputError(f"{name}: {', '.join(chain)} applies to a robot's name or file, not to a Robot object")
         return given
     if given is not None:
         return robots.load(given, **chain)

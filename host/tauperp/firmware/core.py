@@ -376,5 +376,5 @@ def _loaded(robot: str | Path | Robot, chain: Mapping[str, Any]) -> Robot:
     if not isinstance(robot, robots.Robot):
         return robots.load(robot, **chain)
     if chain:
-        raise InputError(f"{', '.join(chain)} goes with a robot's name or file, and this one is read already")
+        raise InputError(f"{', '.join(chain)} applies to a robot's name or file, not to a Robot object")
     return robot

@@ -78,7 +78,7 @@ class _Source:
         return cls(column, topic, tuple(field.split(".")), joints)
 
     def numbers(self, path: Path, stamps: dict[str, int], newest: dict[str, Any]) -> list[float]:
-        """Raises InputError if there is no such field, or it does not hold the numbers that it should."""
+        """Raises InputError if there is no such field, or it does not contain the expected numbers."""
         value: Any = newest[self.topic] if self.topic else stamps
         parent: Any = None
         for name in self.field:

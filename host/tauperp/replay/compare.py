@@ -5,7 +5,7 @@ sends is compared with what the log has from there to the next StopCommand. What
 signal, and reported; `masked_signals` states what and why. A frame with a masked signal is compared without its CRC.
 
 Time. A guard in lockstep has one tick a period, and every frame counts as received at its tick's time: that is done
-again, exactly. A guard in real time had a clock that the log does not hold; the time stamps of the log stand for it.
+again, exactly. A guard in real time had a clock that the log does not contain; the time stamps of the log replace it.
 
 Start. If the log's guard had not heard the robot yet, a new guard is in the same state after as many idle ticks as
 bring its counters, pages and joints to those of the log. If it had (it was joined), a new guard hears the robot from

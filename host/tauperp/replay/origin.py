@@ -141,7 +141,7 @@ def configuration_of(
         check_configuration(configuration, origin, path)
         return configuration
     if origin.config_crc is None:
-        raise InputError(f"{path}: ends before the guard tells its configuration: name it with --config")
+        raise InputError(f"{path}: ends before the guard reports its configuration: name it with --config")
     for preset in preset_names():
         for arm in (None, *shipped()) if robot is None else (robot,):
             for form, rate_hz in _WIRE_FORMATS.items():

@@ -73,7 +73,7 @@ def _check(path: Path, fd: bool) -> None:
     if fd and suffix not in _CARRY_FD:
         raise InputError(f"{path}: {suffix} holds no CAN FD frames; use {', '.join(_CARRY_FD[:3])}")
     if path.exists():
-        raise InputError(f"{path}: is there already; a recording replaces nothing")
+        raise InputError(f"{path}: already exists; a recording never overwrites a file")
 
 
 def _writer(path: Path, beside: Path) -> can.io.generic.MessageWriter:
@@ -91,7 +91,7 @@ def _name(beside: Path, path: Path) -> None:
     try:
         os.link(beside, path)
     except FileExistsError:
-        raise InputError(f"{path}: is there already; a recording replaces nothing") from None
+        raise InputError(f"{path}: already exists; a recording never overwrites a file") from None
     except OSError as error:
         if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS):  # no hard links here
             raise

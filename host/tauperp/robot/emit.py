@@ -22,7 +22,7 @@ def identifier(text: str) -> str:
     """
     name = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
     if not name:
-        raise InputError(f"'{text}' is no name for a robot: letters, digits and underscores make one")
+        raise InputError(f"'{text}' is not a name for a robot: use letters, digits and underscores")
     return name
 
 

@@ -194,7 +194,7 @@ class Tree:
             if link.name == base.name:
                 return path[::-1]
             path.append(link)
-        raise InputError(f"robot '{self.name}': link '{tip.name}' does not hang on base '{base.name}'")
+        raise InputError(f"robot '{self.name}': link '{tip.name}' is not a descendant of base '{base.name}'")
 
     def _only_tip(self, base: TreeLink) -> TreeLink:
         """The end of the chain when nobody names it: where nothing behind moves any more, at the only free end."""
@@ -210,7 +210,7 @@ class Tree:
                 )
             link = movers[0]
         if link is base:
-            raise InputError(f"robot '{self.name}': no joint moves behind link '{base.name}'")
+            raise InputError(f"robot '{self.name}': no joint moves after link '{base.name}'")
         if link.joint.kind == REVOLUTE and link.joint.name in self._drives:
             raise InputError(
                 f"robot '{self.name}': joint '{link.joint.name}' drives joint '{self._drives[link.joint.name]}' "

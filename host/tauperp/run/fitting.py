@@ -131,7 +131,9 @@ class _Fit:
                     self.notes.append(f"payloads are {share:.0%} of the experiment's: joint {joint} carries no more")
                 return share
         limit = self._arm.robot.joints[joint - 1].torque_max
-        raise InputError(f"joint {joint} with {limit:.3g} Nm cannot carry the arm, or it with {MASSES[-1]:.0%} payload")
+        raise InputError(
+            f"joint {joint} with {limit:.3g} Nm cannot carry the arm, alone or with {MASSES[-1]:.0%} payload"
+        )
 
     def _guide(self) -> float:
         """Share of every guiding force that the drives can stand."""
@@ -139,9 +141,11 @@ class _Fit:
         for share in GUIDES:
             if all((self._arm.load(self._start, share * force) <= 1.0).all() for force in forces):
                 if share != 1.0:
-                    self.notes.append(f"guiding forces are {share:.0%} of the experiment's: the drives stand no more")
+                    self.notes.append(
+                        f"guiding forces are {share:.0%} of the experiment's: the drives withstand no more"
+                    )
                 return share
-        raise InputError("its drives cannot stand a tenth of the guiding force")
+        raise InputError("its drives cannot withstand a tenth of the guiding force")
 
     def _phase(self, phase: Phase, way: Way, first: int, mass: float, guide: float) -> Phase:
         payload = phase.payload and replace(phase.payload, mass_kg=mass * phase.payload.mass_kg)

@@ -220,7 +220,7 @@ def _check(table: ScenarioTable, robot: Robot, configuration: Configuration, sou
             off = f"'{phase.task}' is off in {configuration.source} for {robot.name}"
             index = {"payload": "d_p", "contact": "d_e"}.get(phase.task, "r")
             if index_is_blind(index, robot.n):
-                off += f": with {robot.n} joints {index} is zero for every force, so it would see nothing"
+                off += f": with {robot.n} joints {index} is zero for every force, so the guard would detect nothing"
             refuse(f"{place}.task", off)
         for step, one in enumerate(phase.do):
             if one.move is not None and one.move not in table.point:
