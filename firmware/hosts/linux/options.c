@@ -31,7 +31,7 @@ static const char HELP[] = "usage: " PROGRAM " --channel CAN --robot NAME --conf
                            "  --version        print the version\n"
                            "  --help           print this help\n"
                            "\n"
-                           "Exit code: 0 ended by a signal, 1 cannot continue, 2 bad input (a line on stderr).\n";
+                           "Exit code: 0 ended by a signal, 1 cannot continue, 2 bad input.\n";
 
 void complain(const char *format, ...) {
     va_list arguments;
