@@ -99,7 +99,7 @@ def test_ctrl_c_ends_a_campaign_at_once_and_leaves_whole_files_only(tmp_path: Pa
 
 def test_another_plan_in_the_same_folder_is_refused(whole: tuple[Path, dict], tmp_path: Path) -> None:
     out = tmp_path / "out"
-    Store(out, read_plan(whole[0]), {})
+    Store(out, read_plan(whole[0]), {}).claim()
     other = write_plan(tmp_path, SMALL + "seed = 2\n")
     assert main(["campaign", str(other), "--out", str(out)]) == 2
 
@@ -155,6 +155,7 @@ def test_a_cluster_that_is_not_there_is_one_line(
     code = main(["campaign", str(plan), "--out", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:9"])
     assert code == 2
     assert "no Dask scheduler answers" in capsys.readouterr().err.splitlines()[-1]
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_cluster_that_loses_a_worker_gives_the_same_files(whole: tuple[Path, dict], tmp_path: Path) -> None:

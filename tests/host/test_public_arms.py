@@ -2,6 +2,7 @@
 passes, or says what the arm cannot do. All are fitted, one is run; with TAUPERP_ARMS=all every one is (`make arms`)."""
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -44,7 +45,8 @@ CANNOT = {  # what an arm cannot do, in words
     **{("tiago", name): "1/3 of the torque limit of 3 Nm of joint arm_left_5_joint" for name in EXPERIMENTS},
 }
 EVERY = [(arm, name) for arm in ARMS for name in EXPERIMENTS]
-RUN = [one for one in EVERY if one not in CANNOT] if os.environ.get("TAUPERP_ARMS") == "all" else [("xarm7", "contact")]
+ALL = os.environ.get("TAUPERP_ARMS") == "all"
+RUN = [one for one in EVERY if one not in CANNOT] if ALL else [("xarm7", "contact")]
 
 
 def arm(name: str) -> Robot:
@@ -56,12 +58,27 @@ def arm(name: str) -> Robot:
     return load(Path(str(package.locate_file("cmeel.prefix/share/example-robot-data/robots"))) / file, **options)
 
 
+@pytest.fixture
+def tell(capsys: pytest.CaptureFixture[str]) -> Callable[[str], None]:
+    """`make arms` prints one line per arm and experiment."""
+
+    def say(line: str) -> None:
+        if ALL:
+            with capsys.disabled():
+                print(f"\n{line}", end=" ", flush=True)
+
+    return say
+
+
 @pytest.mark.parametrize(("name", "experiment"), EVERY)
-def test_an_experiment_is_fitted_to_the_arm_or_says_what_it_cannot_do(name: str, experiment: str) -> None:
+def test_an_experiment_is_fitted_to_the_arm_or_says_what_it_cannot_do(
+    name: str, experiment: str, tell: Callable[[str], None]
+) -> None:
     robot = arm(name)
     if (name, experiment) in CANNOT:
-        with pytest.raises(InputError, match=CANNOT[name, experiment]):
+        with pytest.raises(InputError, match=CANNOT[name, experiment]) as error:
             load_experiment(experiment, robot=robot, rate_hz=500)
+        tell(f"{name} {experiment}: cannot: {str(error.value).split(': ', 1)[1]}")
         return
     scenario = load_experiment(experiment, robot=robot, rate_hz=500)
     assert any(note.startswith("rotor inertia") for note in scenario.notes)
@@ -74,8 +91,10 @@ def test_an_experiment_is_fitted_to_the_arm_or_says_what_it_cannot_do(name: str,
 
 
 @pytest.mark.parametrize(("name", "experiment"), RUN)
-def test_a_fitted_experiment_passes(name: str, experiment: str) -> None:
+def test_a_fitted_experiment_passes(name: str, experiment: str, tell: Callable[[str], None]) -> None:
     outcome = run_experiment(experiment, load_experiment(experiment, robot=arm(name), rate_hz=500))
+    why = f": {'; '.join(outcome.report['why'])}" if outcome.report["why"] else ""
+    tell(f"{name} {experiment}: {outcome.report['verdict']}{why}")
     assert outcome.report["verdict"] == "passed", outcome.report["why"]
     assert all(one["detected"] for one in outcome.report["collisions"])
 

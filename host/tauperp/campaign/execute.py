@@ -69,6 +69,7 @@ class Campaign:
         executor = _Cluster(scheduler) if scheduler else _Threads(jobs or os.cpu_count() or 1)
         self.effort.workers = executor.workers
         try:
+            self.store.claim()
             self._stage(executor, first, {}, report, 0, total)
             thresholds = self.store.thresholds()
             if thresholds is None:

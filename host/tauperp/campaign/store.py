@@ -41,21 +41,24 @@ class Store:
         self.folder = folder
         self._digest = plan.digest
         self._joints = plan.configuration.robot.n
-        note = folder / "plan.json"
-        if note.exists():
+        self._note = folder / "plan.json"
+        self._content = {
+            "digest": self._digest,
+            "plan": plan.file.model_dump(mode="json", by_alias=True),
+            "detectors": names,
+        }
+        if self._note.exists():
             try:
-                other = json.loads(note.read_text())["digest"]
+                other = json.loads(self._note.read_text())["digest"]
             except (OSError, ValueError, KeyError, TypeError):
                 other = None
             if other != self._digest:
                 raise InputError(f"{folder}: holds the results of another plan; name another folder with --out")
-        else:
-            content = {
-                "digest": self._digest,
-                "plan": plan.file.model_dump(mode="json", by_alias=True),
-                "detectors": names,
-            }
-            write_atomically(note, json.dumps(content, indent=2) + "\n")
+
+    def claim(self) -> None:
+        """Write into the folder which plan it belongs to, before any result."""
+        if not self._note.exists():
+            write_atomically(self._note, json.dumps(self._content, indent=2) + "\n")
 
     def _path(self, shard: Shard) -> Path:
         return self.folder / "shards" / f"{shard.name}.parquet"
