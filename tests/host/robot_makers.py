@@ -4,7 +4,7 @@ import numpy as np
 
 from tauperp.robot import Joint, Robot
 from tauperp.robot.capsules import automatic_capsule
-from tauperp.robot.spatial import Array
+from tauperp.robot.spatial import Array, rotation_rpy
 
 
 def random_rotation(random: np.random.Generator) -> Array:
@@ -114,3 +114,23 @@ def urdf_of(robot: Robot) -> str:
         parent = f"link{i}"
     parts += [urdf_link("tip"), urdf_joint("to_tip", "fixed", parent, "tip", urdf_origin(np.eye(3), robot.tip))]
     return urdf(*parts, name=robot.name)
+
+
+TREE = urdf(
+    urdf_link("pillar", 20.0),
+    urdf_link("torso", 10.0),
+    *(urdf_link(f"{side}{i}", 2.0 - 0.5 * i, np.array([0.0, 0.03, 0.1])) for side in "lr" for i in range(2)),
+    urdf_link("finger", 0.1),
+    urdf_link("thumb", 0.2),
+    urdf_joint("lift", "prismatic", "pillar", "torso", urdf_origin(rotation_rpy(0.3, 0.2, 0.1), np.ones(3))),
+    *(
+        urdf_joint(f"{s}_shoulder", "revolute", "torso", f"{s}0", urdf_origin(rotation_rpy(1, 2, 3), np.ones(3) * i))
+        for i, s in enumerate("lr")
+    ),
+    *(
+        urdf_joint(f"{s}_elbow", "revolute", f"{s}0", f"{s}1", urdf_origin(rotation_rpy(-1, 0.5, 0), np.ones(3) / 3))
+        for s in "lr"
+    ),
+    urdf_joint("grip", "prismatic", "l1", "finger", urdf_origin(rotation_rpy(0, 0, 1), np.array([0.0, 0.0, 0.2]))),
+    urdf_joint("follow", "revolute", "l1", "thumb", '<mimic joint="grip"/>' + urdf_origin(np.eye(3), np.ones(3) / 9)),
+)

@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-import threading
 import time
 from argparse import ArgumentParser
 from pathlib import Path
@@ -12,23 +11,21 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
-from can.interfaces.virtual import VirtualBus
+from guard_thread import PERIOD_S, PERIOD_US, GuardThread, virtual
 
 from tauperp.cli import main
-from tauperp.config import Configuration, load_configuration
+from tauperp.config import load_configuration
 from tauperp.errors import InputError
 from tauperp.experiment import Outcome, Setup, run_scenario
-from tauperp.firmware import Guard, Variant
+from tauperp.firmware import Variant
 from tauperp.playing import add_playing_arguments, setup_of
 from tauperp.run.lockstep import COMING_TO_REST_S
 from tauperp.run.pace import Patience
 from tauperp.run.scenario import Scenario, load_scenario
 from tauperp.run.trace import Trace
 from tauperp.sim.moment import Moment
-from tauperp.wire import Wire
 
 COMMAND = [sys.executable, "-m", "tauperp.cli"]
-CHANNEL = "test run"
 MULTICAST = f"239.74.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF}"  # nobody else's
 PATIENCE = Patience(start_s=30.0, answer_s=20.0)  # for a loaded machine; what is lost on purpose waits less
 IMPATIENCE = Patience(start_s=0.3, answer_s=0.3)
@@ -53,71 +50,6 @@ link = 4
 direction = [0.0, -1.0, 0.0]
 part = "forearm"
 """
-PERIOD_S, PERIOD_US = 0.002, 2000
-SYNC, STOP_COMMAND = 0x020, 0x010
-
-
-class GuardThread(threading.Thread):
-    """The library's guard in lockstep on a virtual bus, as an external guard.
-
-    `mute_from`, `restart_at` are cycles; `delays_s` are slept before the answer to a cycle. One that is `alone` does
-    not hear what other guards say.
-    """
-
-    def __init__(
-        self,
-        configuration: Configuration,
-        *,
-        mute_from: int | None = None,
-        restart_at: int | None = None,
-        delays_s: dict[int, float] | None = None,
-        alone: bool = False,
-        variant: Variant = Variant.LOCKSTEP,
-    ) -> None:
-        super().__init__(daemon=True)
-        self.bus = virtual()
-        self._block = configuration.block()
-        self._variant = variant
-        self._guard = Guard(self._block, variant=variant)
-        self._mute_from, self._restart_at = mute_from, restart_at
-        self._delays_s = delays_s or {}
-        self._alone = alone
-        self._ended = threading.Event()
-        self.permits = 0
-
-    def __enter__(self) -> "GuardThread":
-        self.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        self.join()
-        self.bus.shutdown()
-
-    def run(self) -> None:
-        guard, cycle, first = self._guard, -1, 0
-        wire = Wire.read()
-        while not self._ended.is_set():
-            frame = self.bus.recv(timeout=0.1)
-            if frame is not None and frame.arbitration_id == SYNC:
-                cycle = int(wire.message("Sync").decode(frame.data)["Cycle"])
-                if cycle == self._restart_at:
-                    guard, first = Guard(self._block, variant=self._variant), cycle
-            if frame is not None and not (self._alone and frame.arbitration_id == STOP_COMMAND):
-                guard.receive(frame, cycle * PERIOD_US)
-            # The first frames of all are a reference, so they complete no cycle: silence does.
-            if guard.cycle_complete() or (frame is None and cycle == first):
-                first = -2
-                time.sleep(self._delays_s.get(cycle, 0.0))
-                verdict = guard.tick(cycle * PERIOD_US)
-                self.permits += verdict.permitted
-                for answer in verdict.frames:
-                    if self._mute_from is None or cycle < self._mute_from:
-                        self.bus.send(answer)
-
-
-def virtual() -> can.BusABC:
-    return VirtualBus(channel=CHANNEL)
 
 
 @pytest.fixture
