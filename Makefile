@@ -13,7 +13,7 @@ IMAGES := unit-images counting-images bench-images
 PREPARED := $(BUILT) unit-programs build/bus-peer build/bus-soak build/controller
 LINTS := lint-gcc lint-clang lint-format lint-python lint-types $(patsubst tools/%,current-%,$(wildcard tools/*2c))
 .PHONY: help venv demo arms figures campaign-figures $(BUILT) $(IMAGES) firmware flash bench bench-baseline bench-check bench-can \
-    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz clean FORCE
+    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz prove clean FORCE
 
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 24
@@ -52,7 +52,7 @@ bench-can: guard build/bus-peer build/bus-soak library venv ## what the guard's 
 docs: library ## build the documentation: build/docs/site/index.html
 	@tools/docs/build
 test: venv library library-fixed kernel ## every check this machine can run; the closing line is pytest's
-	@if [ "$$(id -u)" = 0 ]; then for tool in can clang clang19 osmesa arm qemu valgrind; do tools/toolbox $$tool || true; done; fi
+	@if [ "$$(id -u)" = 0 ]; then for tool in can cbmc clang clang19 osmesa arm qemu valgrind; do tools/toolbox $$tool || true; done; fi
 	@tools/build -k $(PREPARED) $$(tools/toolbox arm 2>/dev/null && echo $(IMAGES)) >build/prepare.log 2>&1 || true
 	@$(PYTEST) --junitxml=build/results/test.xml
 quick: venv library library-fixed kernel ## the tests that need no privileges, no network and less than a minute
@@ -74,5 +74,7 @@ $(LINTS) format generate generate-check: venv
 	@tools/lint $@
 fuzz: venv ## random streams of frames against the guard, by libFuzzer: make fuzz [FRAMES=1e8] [TARGET=guard|block|e2e]
 	@tools/toolbox clang19 && $(VENV)/bin/python tools/fuzz run $(or $(TARGET),guard) --frames $(or $(FRAMES),1e8)
+prove: venv ## what CBMC proves of the fixed-point firmware, every harness (docs/safety/proofs.md)
+	@$(VENV)/bin/python tools/prove --jobs $(JOBS) $(ARGUMENTS)
 clean: ## remove what was built (build, out); .venv and .toolbox stay
 	@rm -rf build out

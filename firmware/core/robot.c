@@ -44,6 +44,7 @@ static bool joint_is_valid(const robot_joint_t *joint) {
     return vec3_moderate(&joint->offset) && moderate(joint->zero_rad) && moderate(joint->moment_x) &&
            moderate(joint->moment_y) && moderate(joint->inertia_xx) && moderate(joint->inertia_xy) &&
            moderate(joint->inertia_xz) && moderate(joint->inertia_yz) && moderate(joint->inertia_zz) &&
+           moderate(joint->cos_twist) && moderate(joint->sin_twist) &&
            is_one(num_wide(joint->cos_twist, joint->cos_twist) + num_wide(joint->sin_twist, joint->sin_twist)) &&
            (joint->position_min_rad < joint->position_max_rad) && (joint->velocity_max_rad_s > NUM(0)) &&
            (joint->torque_max_nm > NUM(0));
@@ -56,6 +57,7 @@ bool robot_is_valid(const robot_t *robot) {
     bool holds = zero_behind(robot) && vec3_moderate(&robot->gravity) && vec3_moderate(&robot->tip);
     for (uint32_t i = 0; i < 3u; ++i) {
         const num_t *const row = robot->base[i];
+        holds = holds && moderate(row[0]) && moderate(row[1]) && moderate(row[2]);
         holds = holds && is_one(num_wide(row[0], row[0]) + num_wide(row[1], row[1]) + num_wide(row[2], row[2]));
     }
     for (uint32_t i = 0; i < robot->joint_count; ++i) {

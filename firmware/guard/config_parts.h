@@ -9,7 +9,8 @@ static inline bool lies_within(uint32_t value, uint32_t least, uint32_t most) {
 }
 
 static inline bool is_near(num_t a, num_t b, num_t tolerance) {
-    return num_abs(a - b) <= tolerance;
+    uint32_t held = 0; /* a difference at the end of the range is not near */
+    return num_abs(num_subtract(a, b, &held)) <= tolerance;
 }
 
 /* True if positive, a number, and at most `most`. */

@@ -99,6 +99,25 @@ static void test_what_the_board_tells_latches_from_any_running_state(void) {
     assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
 }
 
+/* Found by proof_self_test: in fixed point gravity and the push overflowed. */
+static void test_the_self_test_of_an_arm_too_heavy_for_its_numbers_saturates(void) {
+    static const num_t moment[2] = {NUM(63.9), NUM(-63.9)};
+    for (uint32_t joint = 0; joint < JOINTS; ++joint) {
+        for (uint32_t sign = 0; sign < 2u; ++sign) {
+            guard_config_t config = make_config();
+            config.robot.joint[joint].moment_x = moment[sign];
+            config.robot.joint[joint].moment_y = moment[sign];
+            for (uint32_t i = 0; i < JOINTS; ++i) {
+                config.robot.joint[i].torque_max_nm = NUM(500);
+            }
+            seal_config(&config);
+            start_with(&bench, &config);
+            cycles(&bench, 5u);
+            TEST_ASSERT_FALSE(bench.out.permitted);
+        }
+    }
+}
+
 /* Found by tests/fuzz: the permission stayed, but its inverted copy said stop for one tick. */
 static void test_a_board_that_reports_no_fault_changes_nothing(void) {
     run_until_permitted(&bench);
@@ -137,6 +156,7 @@ int main(void) {
     RUN_TEST(test_a_flipped_bit_of_the_state_is_a_fault);
     RUN_TEST(test_a_residual_that_is_no_number_is_a_fault);
     RUN_TEST(test_what_the_board_tells_latches_from_any_running_state);
+    RUN_TEST(test_the_self_test_of_an_arm_too_heavy_for_its_numbers_saturates);
     RUN_TEST(test_a_board_that_reports_no_fault_changes_nothing);
     RUN_TEST(test_a_guard_without_a_good_configuration_says_stop);
     RUN_TEST(test_a_tick_before_the_last_one_is_a_fault);

@@ -50,6 +50,20 @@ static void test_a_twist_that_is_not_of_unit_length_is_not_valid(void) {
     TEST_ASSERT_FALSE(robot_is_valid(&robot));
 }
 
+/* Found by proof_robot: in fixed point the sum of squares overflowed. */
+static void test_entries_at_the_end_of_the_numbers_are_not_valid(void) {
+    for (uint32_t row = 0; row < 3u; ++row) {
+        robot_t other = robot;
+        other.base[row][0] = NUM(511.9);
+        other.base[row][1] = NUM(-511.9);
+        other.base[row][2] = NUM(511.9);
+        TEST_ASSERT_FALSE(robot_is_valid(&other));
+    }
+    robot.joint[1].cos_twist = NUM(511.9);
+    robot.joint[1].sin_twist = NUM(511.9);
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
+}
+
 static void test_a_base_row_that_is_not_of_unit_length_is_not_valid(void) {
     for (uint32_t row = 0; row < 3u; ++row) {
         robot_t other = robot;
@@ -133,6 +147,7 @@ int main(void) {
     RUN_TEST(test_one_to_eight_joints_hold_and_no_others);
     RUN_TEST(test_something_behind_the_last_joint_is_not_valid);
     RUN_TEST(test_a_twist_that_is_not_of_unit_length_is_not_valid);
+    RUN_TEST(test_entries_at_the_end_of_the_numbers_are_not_valid);
     RUN_TEST(test_a_base_row_that_is_not_of_unit_length_is_not_valid);
     RUN_TEST(test_limits_out_of_order_are_not_valid);
     RUN_TEST(test_lengths_moments_and_inertias_stay_below_64);

@@ -1,0 +1,226 @@
+/* firmware/guard/guard.c: one tick of any guard, at any time, whatever came in and whatever the stages found. */
+#include "proof.h"
+
+#include "e2e.c"
+#include "guard.c"
+#include "guard_any.h"
+#include "guard_events.c"
+#include "guard_reason.c"
+#include "guard_supervise.c"
+#include "guard_verdict.c"
+#include "snapshot.c"
+#include "values.c"
+
+/* Stubs: anything that the real function can leave behind, as other harnesses show. */
+bool config_watch_step(config_watch_t *self, const guard_config_t *config) {
+    bool intact;
+    (void)self;
+    (void)config;
+    return intact;
+}
+
+static void leave_anything_behind(guard_t *self) {
+    guard_t any;
+    self->detector = any.detector;
+    self->explained = any.explained;
+    self->plausibility = any.plausibility;
+    self->index = any.index;
+    self->observer = any.observer;
+    ASSUME(guard_is_sound(self));
+}
+
+void stages_init(guard_t *self) {
+    leave_anything_behind(self);
+}
+
+static bool stages_ran;
+
+void stages_run(guard_t *self) {
+    guard_t any;
+    ASSUME(any.task < (uint32_t)TASK_COUNT);
+    (void)snapshot_take(&self->inputs.snapshot);
+    self->task = any.task;
+    self->task_cycles = any.task_cycles;
+    self->settled_cycles = any.settled_cycles;
+    leave_anything_behind(self);
+    stages_ran = true;
+}
+
+bool stages_complete(const guard_t *self) {
+    bool complete;
+    (void)self;
+    return complete;
+}
+
+bool stages_valid(const guard_t *self) {
+    bool valid;
+    (void)self;
+    return valid;
+}
+
+bool stages_saturated(guard_t *self) {
+    bool saturated;
+    (void)self;
+    return saturated;
+}
+
+self_test_t self_test_step(guard_t *self) {
+    self_test_t result;
+    leave_anything_behind(self);
+    return result;
+}
+
+void rise_start(rise_t *self, uint64_t now_us) {
+    *self = (rise_t){.begun_us = now_us};
+}
+
+bool rise_step(rise_t *self, const detector_t *detector, uint32_t joints, uint64_t now_us) {
+    rise_t any;
+    bool rising;
+    (void)detector;
+    (void)now_us;
+    ASSUME((any.joint < joints) && (any.snapshots <= 3u));
+    *self = any;
+    return rising;
+}
+
+void report_tick(guard_t *guard, guard_output_t *out) {
+    guard_report_t any;
+    (void)out;
+    guard->report = any;
+}
+
+void report_init(guard_report_t *self) {
+    guard_report_t any;
+    *self = any;
+}
+
+void note_fault(guard_t *self, guard_reason_t reason, uint32_t joint) {
+    uint32_t any;
+    (void)reason;
+    (void)joint;
+    ASSUME(any != (uint32_t)GUARD_REASON_NONE); /* proof_reasons */
+    self->inputs.fault = any;
+}
+
+void config_watch_start(config_watch_t *self) {
+    config_watch_t any;
+    *self = any;
+}
+
+guard_status_t config_check(const guard_config_t *config) {
+    guard_status_t status;
+    ASSUME((status != GUARD_OK) ||
+           ((config->robot.joint_count >= 1u) && (config->robot.joint_count <= ROBOT_MAX_JOINTS)));
+    return status;
+}
+
+void proof_tick(void) {
+    guard_t guard;
+    guard_output_t out;
+    uint64_t now_us;
+    any_guard(&guard);
+    guard_tick(&guard, now_us, &out);
+    HOLDS(guard_is_sound(&guard), "the guard stays sound");
+    REACHED;
+}
+
+/* Permission implies MONITORING, every input fresh, the last complete snapshot evaluated, and no trip latched. */
+void proof_permission(void) {
+    guard_t guard;
+    guard_output_t out;
+    uint64_t now_us;
+    any_guard(&guard);
+    const bool complete = snapshot_is_complete(&guard.inputs.snapshot);
+    const uint32_t fault = guard.inputs.fault;
+    const uint32_t before = guard.state;
+    stages_ran = false;
+    guard_tick(&guard, now_us, &out);
+    if (out.permitted) {
+        const guard_inputs_t *const in = &guard.inputs;
+        HOLDS(guard.state == (uint32_t)GUARD_STATE_MONITORING, "MONITORING");
+        HOLDS((before == (uint32_t)GUARD_STATE_MONITORING) || (before == (uint32_t)GUARD_STATE_WAITING) ||
+                  (before == (uint32_t)GUARD_STATE_STOPPED),
+              "from a state that has passed the self-test");
+        HOLDS(in->sync.seen && ((now_us - in->sync.good_us) <= any_block.sync_deadline_us), "Sync is fresh");
+        HOLDS(in->joints.seen && ((now_us - in->joints.good_us) <= any_block.joint_deadline_us),
+              "the evaluated snapshot is fresh");
+        HOLDS(in->task.seen && ((now_us - in->task.good_us) <= any_block.task_deadline_us), "the task is fresh");
+        HOLDS(!complete || (stages_ran && guard.evaluated), "a complete snapshot was evaluated in this tick");
+        HOLDS(complete || !out.fresh, "what is called fresh is");
+        HOLDS(fault == 0u, "no fault was noted");
+        HOLDS(!guard.detector.tripped && !guard.explained.tripped, "nothing trips");
+        HOLDS(guard.plausibility.fault == 0u, "the readings are plausible");
+    }
+    REACHED;
+}
+
+void proof_permission_needs_a_settled_observer(void) {
+    guard_t guard;
+    guard_output_t out;
+    uint64_t now_us;
+    any_guard(&guard);
+    ASSUME(any_block.period_us == 1000u); /* one product for CBMC: the comparison is the same at every period */
+    guard_tick(&guard, now_us, &out);
+    HOLDS(!out.permitted || is_settled(&guard), "the observer has settled");
+    REACHED;
+}
+
+/* A trip latches: STOPPED is left only by a GuardReset that names the trip, as an edge, after good inputs; FAULT never.
+ */
+void proof_trip_latches(void) {
+    guard_t guard;
+    guard_output_t out;
+    uint64_t now_us;
+    any_guard(&guard);
+    const uint32_t before = guard.state;
+    const bool edge = guard.inputs.edge;
+    const uint8_t requested = guard.inputs.requested_trip;
+    const uint8_t number = guard.trip.number;
+    const uint32_t fault = guard.inputs.fault;
+    guard_tick(&guard, now_us, &out);
+    HOLDS((before != (uint32_t)GUARD_STATE_FAULT) || (guard.state == before), "FAULT is not left");
+    HOLDS((before != (uint32_t)GUARD_STATE_FAULT) || !out.permitted, "FAULT permits nothing");
+    if ((before == (uint32_t)GUARD_STATE_STOPPED) && (guard.state != before)) {
+        const bool failed = guard.state == (uint32_t)GUARD_STATE_FAULT;
+        HOLDS(failed || (edge && (requested == number)), "only by a reset that names the trip");
+        HOLDS(failed || (fault == 0u), "only without a fault");
+        HOLDS(failed || ((now_us - guard.healthy_since_us) >= any_block.reset_healthy_us), "only after good inputs");
+    }
+    if ((before != (uint32_t)GUARD_STATE_MONITORING) && (guard.state == (uint32_t)GUARD_STATE_MONITORING)) {
+        HOLDS(guard.acknowledged, "no permission without a reset since the start");
+    }
+    HOLDS(!guard.inputs.edge, "an edge is for one tick");
+    REACHED;
+}
+
+void proof_guard_init(void) {
+    guard_t guard;
+    guard_config_t block;
+    guard_output_t out;
+    uint64_t now_us;
+    const guard_status_t status = guard_init(&guard, &block);
+    if (status != GUARD_OK) {
+        guard_tick(&guard, now_us, &out);
+        HOLDS(!out.permitted && out.withheld, "without a block there is no permission");
+        HOLDS(guard.config == 0, "a refused block is not used");
+    } else {
+        HOLDS(guard.state == (uint32_t)GUARD_STATE_SELF_TEST, "a guard begins with its self-test");
+        HOLDS(!guard.acknowledged, "the first permission needs a reset");
+    }
+    REACHED;
+}
+
+void proof_notes(void) {
+    guard_t guard;
+    guard_start_t cause;
+    guard_variant_t variant;
+    guard_reason_t reason;
+    uint32_t restarts, tick_us;
+    any_guard(&guard);
+    guard_note_start(&guard, cause, restarts, variant);
+    guard_note_tick_time(&guard, tick_us);
+    HOLDS((tick_us <= any_block.tick_budget_us) || guard.over_budget, "a tick over its budget is noted");
+    guard_trip(&guard, reason);
+    REACHED;
+}

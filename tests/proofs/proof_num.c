@@ -1,0 +1,219 @@
+/* The fixed-point numbers themselves, over their whole range. num_stub.h relies on what is shown here. */
+#include "proof.h"
+
+#include "num.h"
+#include "scale.h"
+
+static num_t any_number(void) {
+    num_t a;
+    ASSUME(a >= -INT32_MAX);
+    return a;
+}
+
+static void is_number(num_t a) {
+    HOLDS(a >= -INT32_MAX, "the result is within +-INT32_MAX");
+}
+
+void proof_num_sums(void) {
+    num_t a, b; /* INT32_MIN too */
+    int32_t any;
+    uint32_t saturations;
+    is_number(num_add(a, b, &saturations));
+    is_number(num_subtract(a, b, &saturations));
+    is_number(num_abs(a));
+    HOLDS(num_abs(a) >= 0, "a size is not negative");
+    is_number(num_from_int(any));
+    (void)num_widen(a);
+    (void)num_min(a, b);
+    (void)num_max(a, b);
+    HOLDS(num_finite(a), "a fixed-point number is finite");
+    REACHED;
+}
+
+void proof_num_narrow(void) {
+    int64_t a;
+    uint32_t saturations;
+    is_number(num_narrow(a, &saturations));
+    is_number(num_saturated(a, &saturations));
+    REACHED;
+}
+
+void proof_num_rounded(void) {
+    int64_t a;
+    uint32_t shift;
+    const int64_t limit = (int64_t)1 << 62;
+    ASSUME((shift >= 1u) && (shift <= 62u) && (a >= -limit) && (a <= limit));
+    (void)num_rounded(a, shift);
+    REACHED;
+}
+
+void proof_num_wide(void) {
+    num_t a, b;
+    (void)num_wide(a, b);
+    REACHED;
+}
+
+void proof_num_mul(void) {
+    const num_t a = any_number();
+    const num_t b = any_number();
+    uint32_t saturations;
+    const num_t product = num_mul(a, b, &saturations);
+    is_number(product);
+    HOLDS((a < 0) || (b < 0) || (product >= 0), "of two that are not negative");
+    REACHED;
+}
+
+void proof_num_div(void) {
+    const num_t a = any_number();
+    const num_t b = any_number();
+    uint32_t saturations;
+    is_number(num_div(a, b, &saturations));
+    REACHED;
+}
+
+void proof_num_leading(void) {
+    uint64_t a;
+    ASSUME(a != 0u);
+    const uint32_t leading = num_leading(a);
+    HOLDS((leading <= 62u) && ((leading % 2u) == 0u), "an even number of bits");
+    HOLDS((a << leading) >= ((uint64_t)1 << 62), "the first or second bit is set");
+    REACHED;
+}
+
+void proof_num_newton(void) {
+    uint32_t x;
+    ASSUME(x >= (1u << 30));
+    (void)num_newton(x);
+    REACHED;
+}
+
+void proof_num_headroom(void) {
+    num_t a;
+    const int32_t headroom = num_headroom(a);
+    HOLDS((headroom >= -4) && (headroom <= 26), "num_shift takes it");
+    REACHED;
+}
+
+void proof_num_shift(void) {
+    const num_t a = any_number();
+    int32_t shift;
+    uint32_t saturations;
+    ASSUME((shift >= -31) && (shift <= 31));
+    is_number(num_shift(a, shift, &saturations));
+    REACHED;
+}
+
+void proof_num_unit(void) {
+    const num_t a = any_number();
+    const num_t b = any_number();
+    num_unit_t cosine, sine;
+    uint32_t saturations;
+    const int32_t one = 1073741830; /* 1 and the 6e-9 that a rotation may be off */
+    ASSUME((cosine >= -one) && (cosine <= one) && (sine >= -one) && (sine <= one));
+    (void)num_unit_times(cosine, a);
+    (void)num_unit_turned(cosine, sine, a, b);
+    is_number(num_turned_first(cosine, sine, a, b, &saturations));
+    is_number(num_turned_second(cosine, sine, a, b, &saturations));
+    REACHED;
+}
+
+void proof_num_rescaled(void) {
+    int64_t a;
+    uint32_t right, left;
+    ASSUME((a > INT64_MIN) && (right <= 36u) && (left <= 28u) && ((right == 0u) || (left == 0u)));
+    const uint64_t size = (uint64_t)((a < 0) ? -a : a);
+    ASSUME(((size >> right) << left) < ((uint64_t)1 << 28));
+    (void)num_rescaled(a, right, left);
+    REACHED;
+}
+
+void proof_num_times(void) {
+    num_inverse_t inverse;
+    uint32_t saturations;
+    ASSUME((inverse.mantissa >= (1u << 30)) && (inverse.mantissa <= (1u << 31)));
+    ASSUME((inverse.shift >= 9u) && (inverse.shift <= 40u));
+    is_number(num_times(any_number(), inverse, &saturations));
+    REACHED;
+}
+
+void proof_num_inverse_root(void) {
+    int64_t square;
+    const num_inverse_t inverse = num_inverse_root(square);
+    HOLDS((inverse.shift >= 9u) && (inverse.shift <= 40u), "num_times takes the shift");
+    REACHED;
+}
+
+void proof_num_wide_parts(void) {
+    int64_t a;
+    uint32_t bits;
+    ASSUME((bits <= 63u) && (a > INT64_MIN));
+    (void)num_wide_share(a, bits);
+    (void)num_wide_size(a);
+    HOLDS(num_wide_finite(a), "a fixed-point sum is finite");
+    REACHED;
+}
+
+void proof_num_is_orthogonal(void) {
+    int64_t along, first, second;
+    uint32_t bits;
+    const int64_t limit = (int64_t)1 << 62;
+    ASSUME((bits < 31u) && (first >= 0) && (first < limit) && (second >= 0) && (second < limit));
+    ASSUME((along > -limit) && (along < limit));
+    (void)num_is_orthogonal(along, first, second, bits);
+    REACHED;
+}
+
+void proof_num_rotation(void) {
+    const num_t first = any_number();
+    const num_t second = any_number();
+    uint32_t saturations;
+    const int32_t most = 268435456; /* 64: what the callers have, after num_headroom */
+    ASSUME((first >= -most) && (first <= most) && (second >= -most) && (second <= most));
+    is_number(num_rotation(first, second, &saturations).length);
+    REACHED;
+}
+
+void proof_num_shifted_rotation(void) {
+    const num_t first = any_number();
+    const num_t second = any_number();
+    int64_t shift;
+    uint32_t saturations;
+    const int32_t most = 268435456;
+    ASSUME((first >= -most) && (first <= most) && (second >= -most) && (second <= most));
+    ASSUME((shift >= 0) && (shift < ((int64_t)1 << 57)));
+    is_number(num_shifted_rotation(first, second, shift, &saturations).length);
+    REACHED;
+}
+
+void proof_num_mul30(void) {
+    int32_t a, b;
+    (void)num_mul30(a, b);
+    REACHED;
+}
+
+void proof_num_sincos(void) {
+    const num_t angle = any_number();
+    (void)num_sincos(angle);
+    REACHED;
+}
+
+void proof_scale(void) {
+    int32_t raw;
+    scale_t scale;
+    ASSUME((raw >= -32768) && (raw <= 65535));
+    ASSUME((scale.multiplier > 0) && (scale.shift >= 1u) && (scale.shift <= 62u));
+    ASSUME((scale.per_unit >= 1) && (scale.per_unit <= 65536));
+    (void)scale_to_num(raw, scale);
+    REACHED;
+}
+
+void proof_scale_to_raw(void) {
+    const num_t value = any_number();
+    int32_t min, max;
+    scale_t scale;
+    ASSUME((scale.per_unit >= 1) && (scale.per_unit <= 65536));
+    ASSUME((min >= -65535) && (max <= 65535) && (min <= max));
+    const int32_t raw = scale_to_raw(value, scale, min, max);
+    HOLDS((raw >= min) && (raw <= max), "the raw value is held within its range");
+    REACHED;
+}
