@@ -13,7 +13,7 @@ IMAGES := unit-images counting-images bench-images
 PREPARED := $(BUILT) unit-programs build/bus-peer build/bus-soak build/controller
 LINTS := lint-gcc lint-clang lint-format lint-python lint-types $(patsubst tools/%,current-%,$(wildcard tools/*2c))
 .PHONY: help venv demo arms figures campaign-figures $(BUILT) $(IMAGES) firmware flash bench bench-baseline bench-check bench-can \
-    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz prove clean FORCE
+    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz prove mutants clean FORCE
 
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 24
@@ -76,5 +76,7 @@ fuzz: venv ## random streams of frames against the guard, by libFuzzer: make fuz
 	@tools/toolbox clang19 && $(VENV)/bin/python tools/fuzz run $(or $(TARGET),guard) --frames $(or $(FRAMES),1e8)
 prove: venv ## what CBMC proves of the fixed-point firmware, every harness (docs/safety/proofs.md)
 	@$(VENV)/bin/python tools/prove --jobs $(JOBS) $(ARGUMENTS)
+mutants: venv ## does a unit test notice each changed operator, constant and condition? [FILES="wire guard/snapshot"]
+	@$(VENV)/bin/python tools/mutate/mutate.py $(FILES)
 clean: ## remove what was built (build, out); .venv and .toolbox stay
 	@rm -rf build out

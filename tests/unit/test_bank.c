@@ -140,6 +140,17 @@ static void test_a_channel_of_sudden_filters_that_and_nothing_else(void) {
     }
 }
 
+static void test_channels_and_joints_that_are_not_there_stay_zero(void) {
+    second_order(0u, 60.0, 0.7, 0.0);
+    second_order(1u, 60.0, 0.7, 0.0);
+    const num_t input[ROBOT_MAX_JOINTS] = {NUM(1), NUM(1), NUM(1), NUM(1), NUM(1), NUM(1), NUM(1), NUM(1)};
+    bank_step(&bank, &config, JOINTS, 1u, input, input, 1u);
+    const channel_t nothing = {0};
+    TEST_ASSERT_FALSE(bank.channel[0].output[JOINTS - 1u] == NUM(0));
+    TEST_ASSERT_TRUE(bank.channel[0].output[JOINTS] == NUM(0));
+    TEST_ASSERT_EQUAL_MEMORY(&nothing, &bank.channel[1], sizeof nothing);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_second_order_channel_is_the_closed_form);
@@ -148,5 +159,6 @@ int main(void) {
     RUN_TEST(test_a_high_pass_forgets_what_stays_and_passes_what_comes);
     RUN_TEST(test_after_a_restart_every_channel_is_at_zero);
     RUN_TEST(test_channels_do_not_mix);
+    RUN_TEST(test_channels_and_joints_that_are_not_there_stay_zero);
     return UNITY_END();
 }

@@ -205,6 +205,35 @@ static void test_any_watched_channel_counts_and_no_other(void) {
     TEST_ASSERT_TRUE(detector.threshold_nm[3] == NUM(0.5));
 }
 
+static void test_the_channel_nearest_to_its_threshold_is_reported_wherever_it_stands(void) {
+    task.channels = 0x5u;
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
+        task.threshold_nm[1][i] = NUM(1);
+        task.threshold_nm[2][i] = NUM(1);
+    }
+    value[3] = NUM(1.5);
+    bank.channel[1].output[3] = NUM(100); /* not used by the task */
+    bank.channel[2].output[3] = NUM(0.25);
+    step();
+    TEST_ASSERT_EQUAL(0, detector.channel[3]);
+    TEST_ASSERT_TRUE(detector.value_nm[3] == NUM(1.5));
+}
+
+static void test_of_joints_equally_far_above_the_first_is_reported(void) {
+    value[1] = NUM(3);
+    value[4] = NUM(3);
+    step();
+    step();
+    TEST_ASSERT_TRUE(detector.tripped);
+    TEST_ASSERT_EQUAL(1, detector.joint);
+#ifndef TAUPERP_FIXED
+    value[1] = NAN;
+    value[4] = NAN;
+    step();
+    TEST_ASSERT_EQUAL(1, detector.joint);
+#endif
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_below_every_threshold_nothing_trips);
@@ -220,5 +249,7 @@ int main(void) {
     RUN_TEST(test_the_count_holds_at_its_largest);
     RUN_TEST(test_of_joints_above_the_one_whose_count_is_full_is_reported);
     RUN_TEST(test_any_watched_channel_counts_and_no_other);
+    RUN_TEST(test_the_channel_nearest_to_its_threshold_is_reported_wherever_it_stands);
+    RUN_TEST(test_of_joints_equally_far_above_the_first_is_reported);
     return UNITY_END();
 }

@@ -151,6 +151,73 @@ static void test_a_pause_after_the_answer_is_no_cycle(void) {
     TEST_ASSERT_EQUAL_UINT64(7u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
+static void test_only_a_data_frame_of_the_id_and_length_of_sync_is_one(void) {
+    (void)hear_sync(5u);
+    (void)lockstep_complete(&lockstep);
+    const uint8_t flags[] = {CAN_FRAME_EXTENDED, CAN_FRAME_REMOTE};
+    for (uint32_t i = 0; i < 2u; ++i) {
+        can_frame_t frame = sync(6u);
+        frame.flags = flags[i];
+        TEST_ASSERT_EQUAL_UINT32(0u, hear(frame));
+    }
+    (void)hear((can_frame_t){.id = 0x7FFu, .length = 8u});
+    can_frame_t frame = sync(6u);
+    frame.id ^= 1u;
+    (void)hear(frame);
+    frame = sync(6u);
+    ++frame.length;
+    e2e_seal(frame.data, frame.length, protocol_receive[PROTOCOL_RECEIVE_SYNC].data_ids, 6u);
+    (void)hear(frame);
+    TEST_ASSERT_EQUAL_UINT64(5u * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_half_of_all_cycles_ahead_is_behind(void) {
+    (void)hear_sync(0u);
+    (void)hear_sync(0x8000u);
+    TEST_ASSERT_EQUAL_UINT64(0u, lockstep.now_us);
+    (void)hear_sync(0x7FFFu);
+    TEST_ASSERT_EQUAL_UINT64(LOCKSTEP_MAX_STEP * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_older_syncs_that_do_not_follow_each_other_move_nothing(void) {
+    (void)hear_sync(200u);
+    (void)hear_sync(1u); /* the first older one, which follows none */
+    (void)hear_sync(5u);
+    (void)hear_sync(3u);
+    TEST_ASSERT_EQUAL_UINT64(200u * (uint64_t)PERIOD_US, lockstep.now_us);
+    (void)hear_sync(4u);
+    TEST_ASSERT_EQUAL_UINT64(201u * (uint64_t)PERIOD_US, lockstep.now_us);
+}
+
+static void test_a_repeated_sync_gives_its_cycle_no_second_tick(void) {
+    (void)hear_sync(20u);
+    TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
+    (void)hear_sync(20u);
+    TEST_ASSERT_FALSE(lockstep_complete(&lockstep));
+}
+
+static void assume_cycle_8(void) {
+    (void)hear_sync(7u);
+    (void)lockstep_complete(&lockstep);
+    hear_joint();
+    TEST_ASSERT_TRUE(lockstep_silence(&lockstep));
+}
+
+static void test_a_cycle_that_was_taken_for_lost_begins_once(void) {
+    assume_cycle_8();
+    (void)hear_sync(8u);
+    TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
+    (void)hear_sync(8u);
+    TEST_ASSERT_FALSE(lockstep_complete(&lockstep));
+}
+
+static void test_an_older_sync_does_not_keep_an_assumed_cycle_from_its_begin(void) {
+    assume_cycle_8();
+    (void)hear_sync(5u);
+    (void)hear_sync(8u);
+    TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_nothing_is_due_before_the_first_sync);
@@ -166,5 +233,11 @@ int main(void) {
     RUN_TEST(test_readings_without_sync_are_a_cycle_of_their_own);
     RUN_TEST(test_a_cycle_that_was_taken_for_lost_may_still_begin);
     RUN_TEST(test_a_pause_after_the_answer_is_no_cycle);
+    RUN_TEST(test_only_a_data_frame_of_the_id_and_length_of_sync_is_one);
+    RUN_TEST(test_half_of_all_cycles_ahead_is_behind);
+    RUN_TEST(test_older_syncs_that_do_not_follow_each_other_move_nothing);
+    RUN_TEST(test_a_repeated_sync_gives_its_cycle_no_second_tick);
+    RUN_TEST(test_a_cycle_that_was_taken_for_lost_begins_once);
+    RUN_TEST(test_an_older_sync_does_not_keep_an_assumed_cycle_from_its_begin);
     return UNITY_END();
 }

@@ -175,6 +175,7 @@ static void test_a_gap_that_no_step_bridges_starts_the_observer_again(void) {
         motion.momentum[0] += NUM(20); /* any change in the meantime */
         observer_step(&observer, &config, 1, &motion, torque, gaps[i]);
         TEST_ASSERT_TRUE(observer.residual[0] == NUM(0));
+        TEST_ASSERT_TRUE(observer.update[0] == NUM(0));
         TEST_ASSERT_TRUE(observer.decay == NUM(0));
         observer_step(&observer, &config, 1, &motion, torque, 1);
         ASSERT_CLOSE(9.0 * -expm1(-GAIN * PERIOD), value_of(observer.residual[0]), ACCURATE);
@@ -206,6 +207,28 @@ static void test_the_largest_torques_of_the_wire_do_not_overflow(void) {
     ASSERT_CLOSE(507.67, value_of(observer.residual[0]), 1e-3);
 }
 
+static void test_a_start_keeps_the_samples_of_its_joints_and_bridges_nothing(void) {
+    const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
+    motion.momentum[0] = NUM(3);
+    motion.momentum[7] = NUM(5);
+    observer_step(&observer, &config, 7, &motion, torque, 1);
+    TEST_ASSERT_TRUE(observer.momentum[0] == NUM(3));
+    TEST_ASSERT_TRUE(observer.momentum[7] == NUM(0));
+    TEST_ASSERT_TRUE(observer.decay == NUM(0));
+    TEST_ASSERT_TRUE(observer.gain == NUM(1));
+    TEST_ASSERT_EQUAL_UINT32(0u, observer.gap);
+}
+
+static void test_the_update_is_the_residual_without_what_was_before(void) {
+    const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
+    observer_step(&observer, &config, 7, &motion, torque, 1);
+    motion.momentum[0] = NUM(0.01);
+    torque[0] = NUM(4);
+    observer_step(&observer, &config, 7, &motion, torque, 1);
+    TEST_ASSERT_TRUE(observer.update[0] == observer.residual[0]);
+    TEST_ASSERT_FALSE(observer.update[0] == NUM(0));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_first_sample_only_sets_the_initial_momentum);
@@ -220,5 +243,7 @@ int main(void) {
     RUN_TEST(test_a_gap_that_no_step_bridges_starts_the_observer_again);
     RUN_TEST(test_joints_that_the_arm_does_not_have_stay_zero);
     RUN_TEST(test_the_largest_torques_of_the_wire_do_not_overflow);
+    RUN_TEST(test_a_start_keeps_the_samples_of_its_joints_and_bridges_nothing);
+    RUN_TEST(test_the_update_is_the_residual_without_what_was_before);
     return UNITY_END();
 }

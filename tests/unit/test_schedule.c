@@ -94,6 +94,38 @@ static void test_in_lockstep_guard_time_is_the_bus_and_the_clock_counts_silence_
     TEST_ASSERT_FALSE(schedule_is_due(&schedule, BEGIN_US + 10000000u)); /* a silent bus has no time */
 }
 
+static void test_what_the_tick_deadline_leaves_over_is_shared_in_halves(void) {
+    config.tick_deadline_us = PERIOD_US + 100u;
+    schedule_init(&schedule, &config, false, BEGIN_US);
+    schedule_ticked(&schedule, BEGIN_US, true);
+    TEST_ASSERT_FALSE(schedule_is_due(&schedule, BEGIN_US + PERIOD_US + 49u));
+}
+
+static void test_in_real_time_a_frame_does_not_move_the_due_time(void) {
+    const can_frame_t frame = sync(7u);
+    schedule_hear(&schedule, &frame, BEGIN_US + 1u);
+    TEST_ASSERT_EQUAL_UINT64(BEGIN_US, schedule.due_us);
+    TEST_ASSERT_FALSE(schedule.lockstep.begun);
+}
+
+static void test_in_lockstep_the_silence_counts_from_the_start_and_from_each_time_that_it_was_due(void) {
+    schedule_init(&schedule, &config, true, BEGIN_US);
+    TEST_ASSERT_EQUAL_UINT64(BEGIN_US + LOCKSTEP_SILENCE_US, schedule.due_us);
+    (void)schedule_is_due(&schedule, BEGIN_US + LOCKSTEP_SILENCE_US);
+    TEST_ASSERT_EQUAL_UINT64(BEGIN_US + 2u * LOCKSTEP_SILENCE_US, schedule.due_us);
+}
+
+static void test_in_lockstep_a_complete_cycle_has_its_tick_only_after_its_sync(void) {
+    schedule_init(&schedule, &config, true, BEGIN_US);
+    TEST_ASSERT_FALSE(schedule_complete(&schedule, true));
+    (void)schedule_complete(&schedule, false);
+    const can_frame_t frame = sync(10u);
+    schedule_hear(&schedule, &frame, BEGIN_US);
+    TEST_ASSERT_TRUE(schedule_complete(&schedule, true));
+    (void)schedule_complete(&schedule, false);
+    TEST_ASSERT_FALSE(schedule_complete(&schedule, true));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_first_tick_is_due_at_once);
@@ -105,5 +137,9 @@ int main(void) {
     RUN_TEST(test_in_real_time_guard_time_is_the_callers);
     RUN_TEST(test_a_refused_block_gives_no_times);
     RUN_TEST(test_in_lockstep_guard_time_is_the_bus_and_the_clock_counts_silence_only);
+    RUN_TEST(test_what_the_tick_deadline_leaves_over_is_shared_in_halves);
+    RUN_TEST(test_in_real_time_a_frame_does_not_move_the_due_time);
+    RUN_TEST(test_in_lockstep_the_silence_counts_from_the_start_and_from_each_time_that_it_was_due);
+    RUN_TEST(test_in_lockstep_a_complete_cycle_has_its_tick_only_after_its_sync);
     return UNITY_END();
 }

@@ -74,6 +74,12 @@ static void test_settings_beyond_their_bounds_are_refused(void) {
     TEST_ASSERT_FALSE(sensor_config_is_valid(&config));
 }
 
+static void test_a_joint_that_the_arm_does_not_have_is_not_written(void) {
+    corrected[JOINTS] = NUM(9);
+    correct();
+    TEST_ASSERT_TRUE(corrected[JOINTS] == NUM(9));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_zeros_leave_every_bit_of_the_torque);
@@ -81,5 +87,6 @@ int main(void) {
     RUN_TEST(test_friction_has_the_sign_of_the_velocity_and_fades_at_rest);
     RUN_TEST(test_a_torque_is_corrected_in_place);
     RUN_TEST(test_settings_beyond_their_bounds_are_refused);
+    RUN_TEST(test_a_joint_that_the_arm_does_not_have_is_not_written);
     return UNITY_END();
 }

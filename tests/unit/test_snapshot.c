@@ -200,6 +200,26 @@ static void test_a_corrupt_state_is_not_valid(void) {
     TEST_ASSERT_FALSE(snapshot_is_valid(&fresh));
 }
 
+static void test_a_restart_is_as_the_beginning(void) {
+    (void)take(5);
+    snapshot_restart(&snapshot);
+    snapshot_t fresh;
+    TEST_ASSERT_TRUE(snapshot_init(&fresh, JOINTS));
+    TEST_ASSERT_EQUAL_MEMORY(&fresh, &snapshot, sizeof fresh);
+    TEST_ASSERT_EQUAL(SNAPSHOT_NO_SYNC, reading(0, 5));
+}
+
+static void test_a_state_that_is_wrong_in_one_thing_only_is_not_valid(void) {
+    snapshot_t other;
+    TEST_ASSERT_TRUE(snapshot_init(&other, JOINTS));
+    other.expected = 0u; /* no joint, and none has come */
+    TEST_ASSERT_FALSE(snapshot_is_valid(&other));
+    TEST_ASSERT_TRUE(snapshot_init(&other, JOINTS));
+    snapshot_begin(&other, 3);
+    other.received = 0x80u; /* of a joint that is not expected, in a cycle that nobody has taken */
+    TEST_ASSERT_FALSE(snapshot_is_valid(&other));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_robot_has_1_to_8_joints);
@@ -220,5 +240,7 @@ int main(void) {
     RUN_TEST(test_a_cycle_number_that_jumps_back_is_a_gap_that_no_step_bridges);
     RUN_TEST(test_the_same_cycle_begun_again_has_nothing_to_go_on_from);
     RUN_TEST(test_a_corrupt_state_is_not_valid);
+    RUN_TEST(test_a_restart_is_as_the_beginning);
+    RUN_TEST(test_a_state_that_is_wrong_in_one_thing_only_is_not_valid);
     return UNITY_END();
 }

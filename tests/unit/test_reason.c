@@ -1,0 +1,45 @@
+/* Which of two reasons is worse: firmware/guard/guard_reason.h. */
+#include "guard_reason.h"
+
+#include "unity.h"
+
+#define UNKNOWN ((guard_reason_t)200)
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static void test_a_number_that_is_no_reason_has_the_class_unknown(void) {
+    TEST_ASSERT_EQUAL(REASON_UNKNOWN, reason_class((guard_reason_t)GUARD_REASON_COUNT));
+    TEST_ASSERT_EQUAL(REASON_UNKNOWN, reason_class(UNKNOWN));
+    TEST_ASSERT_NOT_EQUAL(REASON_UNKNOWN, reason_class((guard_reason_t)(GUARD_REASON_COUNT - 1u)));
+}
+
+static void test_no_reason_is_worse_than_none(void) {
+    TEST_ASSERT_EQUAL(GUARD_REASON_UNINITIALISED, reason_worse(GUARD_REASON_UNINITIALISED, GUARD_REASON_NONE));
+    TEST_ASSERT_EQUAL(GUARD_REASON_NONE, reason_worse(GUARD_REASON_NONE, GUARD_REASON_UNINITIALISED));
+    TEST_ASSERT_EQUAL(GUARD_REASON_SETTLING, reason_worse(GUARD_REASON_NONE, GUARD_REASON_SETTLING));
+    TEST_ASSERT_EQUAL(GUARD_REASON_SETTLING, reason_worse(GUARD_REASON_UNINITIALISED, GUARD_REASON_SETTLING));
+    TEST_ASSERT_EQUAL(GUARD_REASON_SETTLING, reason_worse(GUARD_REASON_SETTLING, GUARD_REASON_UNINITIALISED));
+}
+
+static void test_the_worse_class_stays_and_of_one_class_the_first(void) {
+    TEST_ASSERT_EQUAL(GUARD_REASON_BUS_OFF, reason_worse(GUARD_REASON_SENSOR_STATUS, GUARD_REASON_BUS_OFF));
+    TEST_ASSERT_EQUAL(GUARD_REASON_BUS_OFF, reason_worse(GUARD_REASON_BUS_OFF, GUARD_REASON_SENSOR_STATUS));
+    TEST_ASSERT_EQUAL(GUARD_REASON_INPUT_RANGE, reason_worse(GUARD_REASON_INPUT_RANGE, GUARD_REASON_SENSOR_STATUS));
+    TEST_ASSERT_EQUAL(GUARD_REASON_STATE_CORRUPT, reason_worse(GUARD_REASON_BUS_OFF, GUARD_REASON_STATE_CORRUPT));
+}
+
+static void test_what_is_unknown_ranks_with_fault(void) {
+    TEST_ASSERT_EQUAL(UNKNOWN, reason_worse(GUARD_REASON_BUS_OFF, UNKNOWN));
+    TEST_ASSERT_EQUAL(UNKNOWN, reason_worse(UNKNOWN, GUARD_REASON_STATE_CORRUPT));
+    TEST_ASSERT_EQUAL(GUARD_REASON_STATE_CORRUPT, reason_worse(GUARD_REASON_STATE_CORRUPT, UNKNOWN));
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_a_number_that_is_no_reason_has_the_class_unknown);
+    RUN_TEST(test_no_reason_is_worse_than_none);
+    RUN_TEST(test_the_worse_class_stays_and_of_one_class_the_first);
+    RUN_TEST(test_what_is_unknown_ranks_with_fault);
+    return UNITY_END();
+}

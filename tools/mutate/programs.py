@@ -1,0 +1,148 @@
+"""The unit tests on instrumented sources: built once, then run under any number of mutants."""
+
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from schemata import Mutant, Schemata, numeric_macros
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+BUILD = ROOT / "build" / "mutants"
+TREE = BUILD / "tree"
+FIRMWARE = ROOT / "firmware"
+MUTATED = ("core", "wire", "guard", "schedule")
+INCLUDED = (*MUTATED, "wire/generated", "robots", "robot_side", "hosts/library")
+FLAGS = ["-std=c11", "-O1", "-w", "-ffp-contract=off", "-fno-math-errno", "-DTAUPERP_BUILD_ID=0u"]
+NUMERICS: dict[str, list[str]] = {"float": [], "fixed": ["-DTAUPERP_FIXED=1"]}
+OTHERS = ("test_board_", "test_fdcan", "test_linux_")  # their subject is no mutated source
+JOBS = 2
+CONTROL = 0  # the number of no mutant
+
+
+@dataclass(frozen=True)
+class Test:
+    """One test function of a program."""
+
+    number: int
+    name: str
+    steps: int  # of loops, without a mutant
+    reaches: frozenset[int]
+
+
+def run(command: list[object]) -> str:
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise SystemExit(f"{command[0]} failed:\n{done.stdout[-4000:]}{done.stderr[-4000:]}")
+    return done.stdout
+
+
+def instrument() -> list[Mutant]:
+    """Writes the instrumented tree; returns its mutants. What does not change keeps its time."""
+    files = [file for room in MUTATED for file in sorted((FIRMWARE / room).glob("*.[ch]"))]
+    schemata = Schemata(numeric_macros([*files, *sorted((FIRMWARE / "wire" / "generated").glob("*.h"))]))
+    texts = {file: schemata.instrument(str(file.relative_to(FIRMWARE)), file.read_text()) for file in files}
+    for folder in (FIRMWARE, ROOT / "tests" / "unit"):
+        for file in [file for file in folder.rglob("*.[chS]") if file.is_file()]:
+            put(TREE / file.relative_to(ROOT), texts.get(file) or file.read_text())
+    put(TREE / "mutant_count.h", f"#define MUTANT_COUNT {len(schemata.mutants)}\n")
+    return schemata.mutants
+
+
+def put(place: Path, text: str) -> None:
+    if not place.exists() or place.read_text() != text:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text)
+
+
+class Programs:
+    """All test programs in one numeric type. `sparser` divides the repetitions of random tests, as on an emulator."""
+
+    def __init__(self, numeric: str, sparser: int) -> None:
+        self.numeric, self.sparser = numeric, sparser
+        self.unity = Path(run([ROOT / "tools" / "toolbox", "unity"]).strip())
+        self.names = [
+            file.stem for file in sorted((TREE / "tests" / "unit").glob("test_*.c")) if not file.stem.startswith(OTHERS)
+        ]
+
+    def flags(self, record: bool) -> list[object]:
+        rooms = [f"-I{TREE / 'firmware' / room}" for room in INCLUDED]
+        more = ["-DMUTANT_RECORD"] if record else []
+        own = [f"-I{TREE}", f"-I{HERE}", "-isystem", self.unity, "-include", HERE / "mutant.h"]
+        return [*FLAGS, *NUMERICS[self.numeric], *more, *rooms, *own]
+
+    def built(self, record: bool) -> dict[str, Path]:
+        """The programs by name."""
+        folder = BUILD / f"{self.numeric}{'-record' if record else ''}"
+        (folder / "object").mkdir(parents=True, exist_ok=True)
+        sources = [file for room in INCLUDED for file in sorted((TREE / "firmware" / room).glob("*.c"))]
+        sources += [HERE / "mutant_main.c", self.unity / "unity.c"]
+        archive = folder / "firmware.a"
+        headers = [*TREE.rglob("*.h"), *HERE.glob("mutant*")]
+        newest = max(file.stat().st_mtime for file in headers)
+
+        def compiled(source: Path) -> Path:
+            target = folder / "object" / f"{source.parent.name}-{source.stem}.o"
+            if not target.exists() or target.stat().st_mtime < max(newest, source.stat().st_mtime):
+                run(["gcc", *self.flags(record), "-c", "-o", target, source])
+            return target
+
+        def linked(name: str) -> tuple[str, Path]:
+            program = folder / f"{name}-{self.sparser}"
+            dense = [f"-DSPARSER={self.sparser}"] if self.sparser > 1 else []
+            sources = [TREE / "tests" / "unit" / f"{name}.c"]
+            include = ["-include", HERE / "mutant_tests.h", f"-I{TREE / 'tests' / 'unit'}"]
+            youngest = max(newest, archive.stat().st_mtime, sources[0].stat().st_mtime)
+            if not program.exists() or program.stat().st_mtime < youngest:
+                run(["gcc", *self.flags(record), *dense, *include, "-o", program, *sources, archive, "-lm"])
+            return name, program
+
+        with ThreadPoolExecutor(JOBS) as pool:
+            objects = list(pool.map(compiled, sources))
+            if not archive.exists() or any(archive.stat().st_mtime < one.stat().st_mtime for one in objects):
+                archive.unlink(missing_ok=True)
+                run(["ar", "rcs", archive, *objects])
+            return dict(pool.map(linked, self.names))
+
+    def record(self) -> dict[str, list[Test]]:
+        """What each test reaches, by program."""
+        programs = self.built(record=True)
+        with ThreadPoolExecutor(JOBS) as pool:
+            outputs = pool.map(lambda program: run([program, "record"]), programs.values())
+        return {
+            name: [test(line) for line in output.splitlines()] for name, output in zip(programs, outputs, strict=True)
+        }
+
+
+def test(line: str) -> Test:
+    number, name, steps, failed, *reached = line.split()
+    if failed != "0":
+        raise SystemExit(f"{name} fails without a mutant")
+    return Test(int(number), name, int(steps), frozenset(map(int, reached)))
+
+
+def verdicts(program: Path, tests: list[Test], mutants: list[int]) -> dict[int, str]:
+    """The verdict of a program's tests on each mutant; only those that reach it run, the cheapest first."""
+    ordered = sorted(tests, key=lambda one: one.steps)
+    numbers = [str(one.number) for one in ordered]
+    jobs = [f"{CONTROL} {steps_limit(ordered)} {' '.join(numbers)}\n"] if mutants else []
+    for mutant in mutants:
+        reaching = [one for one in ordered if mutant in one.reaches]
+        jobs.append(f"{mutant} {steps_limit(reaching)} {' '.join(str(one.number) for one in reaching)}\n")
+
+    def share(part: int) -> str:
+        done = subprocess.run([program], input="".join(jobs[part::JOBS]), capture_output=True, text=True, check=True)
+        return done.stdout
+
+    with ThreadPoolExecutor(JOBS) as pool:
+        lines = "".join(pool.map(share, range(JOBS))).splitlines()
+    ends = {int(line.split()[0]): line.split()[1] for line in lines}
+    if ends.pop(CONTROL, "survived") != "survived":
+        raise SystemExit(f"{program.name} fails without a mutant")
+    return ends
+
+
+def steps_limit(tests: list[Test]) -> int:
+    """Loop steps after which a test hangs."""
+    return 100_000 + 10 * max(test.steps for test in tests)

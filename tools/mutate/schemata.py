@@ -1,0 +1,184 @@
+"""Mutant schemata: C sources in which every mutant is an expression that a global number chooses at run time.
+
+`a + b` becomes `(MUTANT(17) ? (a - b) : (a + b))`. Only one mutant is active at a time, so the mutated side holds the
+original text of its operands, and the text grows linearly. What has to be a constant expression stays as it is.
+"""
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import tree_sitter_c
+from tree_sitter import Language, Node, Parser
+
+ARITHMETIC = {
+    "+": "-", "-": "+", "*": "/", "/": "*", "%": "*", "<<": ">>", ">>": "<<", "&": "|", "|": "&", "^": "&",
+}  # fmt: skip
+RELATIONAL = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "=="}
+LOGICAL = {"&&": "||", "||": "&&"}
+ASSIGNMENT = {"+=": "-=", "-=": "+=", "*=": "/=", "/=": "*=", "%=": "*=", "<<=": ">>=", ">>=": "<<=", "&=": "|=",
+              "|=": "&=", "^=": "&="}  # fmt: skip
+UPDATE = {"++": "--", "--": "++"}
+LOOPS = ("for_statement", "while_statement", "do_statement")
+# Subtrees that the compiler wants to be constant, or that are no expressions.
+CONSTANT = ("sizeof_expression", "type_descriptor", "attribute_specifier", "subscript_designator", "static_assert",
+            "preproc_call", "preproc_include", "preproc_def", "alignof_expression", "comment")  # fmt: skip
+MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Z][A-Z0-9_]+)[ \t]+(\(?-?(?:NUM\()?[0-9.])?", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change. `file` lies below firmware/; `occurrence` counts equal changes within a function, from 1."""
+
+    number: int
+    file: str
+    function: str
+    change: str
+    occurrence: int
+    line: int
+
+    @property
+    def key(self) -> str:
+        return f"{self.file}:{self.function}: {self.change} #{self.occurrence}"
+
+
+def numeric_macros(files: list[Path]) -> set[str]:
+    """Names that stand for a number in each of their definitions. Mutated where an expression uses them."""
+    found = [match for file in files for match in MACRO.findall(file.read_text())]
+    return {name for name, number in found if number} - {name for name, number in found if not number}
+
+
+class Schemata:
+    """Instruments one file after the other; numbers run through all of them, from 1."""
+
+    def __init__(self, constants: set[str]) -> None:
+        self.parser = Parser(Language(tree_sitter_c.language()))
+        self.constants = constants
+        self.mutants: list[Mutant] = []
+
+    def instrument(self, name: str, text: str) -> str:
+        self.file, self.bytes = name, text.encode()
+        self.seen: Counter[tuple[str, str]] = Counter()
+        return self.outside(self.parser.parse(self.bytes).root_node)
+
+    # Outside of functions nothing changes.
+    def outside(self, node: Node) -> str:
+        if node.type == "function_definition":
+            body = node.child_by_field_name("body")
+            declarator = node.child_by_field_name("declarator")
+            assert body is not None
+            assert declarator is not None
+            names = re.findall(r"(\w+)\s*\(", self.text(declarator))
+            self.function = names[0] if names else self.text(declarator)
+            return self.between(node, {body.id: self.rewritten(body)})
+        return self.between(node, {child.id: self.outside(child) for child in node.children if child.child_count})
+
+    def text(self, node: Node) -> str:
+        return self.bytes[node.start_byte : node.end_byte].decode()
+
+    def between(self, node: Node, parts: dict[int, str]) -> str:
+        """The node's text with some children replaced."""
+        result, at = [], node.start_byte
+        for child in node.children:
+            if child.id in parts:
+                result += [self.bytes[at : child.start_byte].decode(), parts[child.id]]
+                at = child.end_byte
+        return "".join([*result, self.bytes[at : node.end_byte].decode()])
+
+    def number_of(self, node: Node, new: str) -> int:
+        change = " ".join(f"{self.text(node)} -> {new}".split())
+        self.seen[self.function, change] += 1
+        line = node.start_point[0] + 1
+        occurrence = self.seen[self.function, change]
+        self.mutants.append(Mutant(len(self.mutants) + 1, self.file, self.function, change, occurrence, line))
+        return len(self.mutants)
+
+    def choice(self, node: Node, alternatives: list[str], rest: str) -> str:
+        """An expression that is one of the alternatives if that mutant is active, and `rest` otherwise."""
+        for new in reversed(alternatives):
+            rest = f"(MUTANT({self.number_of(node, new)}) ? ({new}) : ({rest}))"
+        return rest
+
+    def inside(self, node: Node) -> str:
+        """The node with its children rewritten, itself unchanged."""
+        return self.between(node, {child.id: self.rewritten(child) for child in node.named_children})
+
+    def rewritten(self, node: Node) -> str:
+        kind = node.type
+        if kind in CONSTANT or (kind == "declaration" and self.is_static(node)):
+            return self.text(node)
+        if kind == "case_statement":
+            value = node.child_by_field_name("value")
+            return self.between(
+                node, {child.id: self.rewritten(child) for child in node.named_children if child != value}
+            )
+        if kind == "array_declarator":
+            return self.text(node)
+        if kind in ("preproc_if", "preproc_elif"):
+            condition = node.child_by_field_name("condition")
+            return self.between(
+                node, {child.id: self.rewritten(child) for child in node.named_children if child != condition}
+            )
+        if kind in LOOPS or kind in ("if_statement", "conditional_expression"):
+            return self.with_condition(node)
+        if kind == "binary_expression":
+            return self.binary(node)
+        if kind in ("unary_expression", "update_expression", "assignment_expression"):
+            return self.operator(node)
+        if kind == "number_literal" or (kind == "identifier" and self.text(node) in self.constants):
+            return self.choice(node, [f"{self.text(node)} + 1"], self.text(node))
+        return self.inside(node)
+
+    def is_static(self, node: Node) -> bool:
+        return any(child.type == "storage_class_specifier" for child in node.children)
+
+    def with_condition(self, node: Node) -> str:
+        condition = node.child_by_field_name("condition")
+        parts = {child.id: self.rewritten(child) for child in node.named_children if child != condition}
+        if condition is not None:
+            inner = self.condition(condition)
+            parts[condition.id] = f"(MUTANT_STEP(), {inner})" if node.type in LOOPS else inner
+            if node.type in ("if_statement", "while_statement", "do_statement") and not parts[condition.id].startswith(
+                "("
+            ):
+                parts[condition.id] = f"({parts[condition.id]})"
+        return self.between(node, parts)
+
+    def condition(self, node: Node) -> str:
+        """Something that is true or false: true, false, and what is mutated within."""
+        if node.type == "parenthesized_expression":
+            return self.between(node, {child.id: self.condition(child) for child in node.named_children})
+        if node.type == "binary_expression":
+            return self.binary(node)
+        return self.choice(node, ["1", "0"], self.rewritten(node))
+
+    def binary(self, node: Node) -> str:
+        left, right = node.child_by_field_name("left"), node.child_by_field_name("right")
+        sign = node.child_by_field_name("operator")
+        assert left is not None
+        assert right is not None
+        assert sign is not None
+        operator = sign.type
+        if operator in LOGICAL:
+            rest = self.between(node, {left.id: self.condition(left), right.id: self.condition(right)})
+            return self.choice(node, [self.between(node, {sign.id: LOGICAL[operator]})], rest)
+        rest = self.inside(node)
+        if operator in RELATIONAL:
+            return self.choice(node, [self.between(node, {sign.id: RELATIONAL[operator]}), "1", "0"], rest)
+        return self.choice(node, [self.between(node, {sign.id: ARITHMETIC[operator]})], rest)
+
+    def operator(self, node: Node) -> str:
+        sign = node.child_by_field_name("operator")
+        assert sign is not None
+        rest = self.inside(node)
+        if node.type == "unary_expression":
+            argument = node.child_by_field_name("argument")
+            assert argument is not None
+            if sign.type == "+" or (sign.type == "-" and argument.type == "number_literal"):
+                return rest
+            return self.choice(node, [self.text(argument)], rest)
+        table = UPDATE if node.type == "update_expression" else ASSIGNMENT
+        if sign.type not in table:
+            return rest
+        return self.choice(node, [self.between(node, {sign.id: table[sign.type]})], rest)
