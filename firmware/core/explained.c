@@ -55,7 +55,10 @@ static void track(explained_t *self, const subspace_config_t *config, const obse
     for (uint32_t c = 0; c < (uint32_t)COLUMNS; ++c) {
         self->coefficient[c] = (same && (c < index->columns)) ? self->coefficient[c] : NUM(0);
     }
-    sweep(self, index, num_mul(config->softness, config->softness, &ignored), &ignored);
+    /* the regressor's columns are in Nm, like its tolerance */
+    const bool in_nm = task->kind == (uint32_t)INDEX_REGRESSOR;
+    const num_t softness = in_nm ? (config->softness * REGRESSOR_TOLERANCE) : config->softness;
+    sweep(self, index, num_mul(softness, softness, &ignored), &ignored);
     self->task = task;
 }
 

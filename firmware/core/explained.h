@@ -16,6 +16,8 @@
  * move a joint. In such a direction the estimate is too small by the factor sigma^2 / (sigma^2 + s^2); only the limit
  * on |r| applies.
  *
+ * The columns of the regressor are in Nm. Its s is REGRESSOR_TOLERANCE times the softness.
+ *
  * Forces in N, moments in Nm. Cost: about 170 products and 6 divisions for six columns.
  */
 #ifndef TAUPERP_EXPLAINED_H

@@ -101,6 +101,22 @@ static void test_the_largest_limits_can_be_exceeded(void) {
     TEST_ASSERT_EQUAL(EXPLAINED_FORCE, explained.excess);
 }
 
+/* A column of 0.3 Nm, a torque of 1 Nm along it: the projector with s = 0.05 Nm explains 0.09 / (0.09 + 0.0025), the
+ * estimate with s = 0.5 Nm gives 0.3 e / (0.09 + 0.25). */
+static void test_the_estimate_of_a_regressor_is_as_soft_as_its_columns_are_in_nm(void) {
+    config.projector = (uint32_t)PROJECTOR_SOFT;
+    task = (index_config_t){.kind = (uint32_t)INDEX_REGRESSOR};
+    regressor_init(&regressor);
+    regressor.column[0][3] = NUM(0.3);
+    regressor.torque[3] = NUM(1);
+    for (uint32_t k = 0; k < 400u; ++k) {
+        index_step(&index_state, &config, &task, robot, &motion, &observer, &measured, &regressor);
+        explained_step(&explained, &limits, &config, 2u, robot, &observer, &measured, &task, &index_state);
+    }
+    ASSERT_CLOSE(0.3 * (0.09 / 0.0925) / 0.34, value_of(explained.coefficient[0]), 0.01);
+    regressor_init(&regressor);
+}
+
 static void test_a_payload_within_its_limits_is_permitted(void) {
     const double w[6] = {0.0, 0.0, -3.0 * 9.81, 1.0, 2.0, 0.0};
     task = (index_config_t){.kind = INDEX_PAYLOAD};
@@ -226,6 +242,7 @@ int main(void) {
     RUN_TEST(test_a_contact_beyond_its_force_is_too_much_in_any_direction);
     RUN_TEST(test_the_residual_has_its_limit_in_every_task);
     RUN_TEST(test_an_excess_needs_its_debounce);
+    RUN_TEST(test_the_estimate_of_a_regressor_is_as_soft_as_its_columns_are_in_nm);
     RUN_TEST(test_an_acceleration_that_the_arm_does_not_make_explains_nothing);
     RUN_TEST(test_an_acceleration_too_small_to_matter_explains_nothing);
     RUN_TEST(test_what_is_explained_sideways_is_bounded_by_the_acceleration);

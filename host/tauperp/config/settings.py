@@ -96,7 +96,7 @@ class Acceleration(Table):
 class Regressor(Table):
     """The low-pass in front of the payload's regressor (d_r), of second order."""
 
-    low_pass_per_s: float = Field(default=120.0, gt=0, le=500)
+    low_pass_per_s: float = Field(default=400.0, gt=0, le=500)
     damping: float = Field(default=0.7, gt=0.3, lt=1)
 
 
