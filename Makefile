@@ -1,9 +1,7 @@
-# Every command a person runs here; CMake builds (CMakePresets.json, cmake, tools/build). `make help` lists the commands;
-# those that only others call have no "##". The scripts read BOARD, CONFIG, ROBOT and so on from the environment.
+# Every command a person runs (`make help`). CMake builds, by tools/build; scripts read BOARD, ROBOT and so on from the environment.
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.DEFAULT_GOAL := library
 export JOBS ?= 2
 VENV ?= .venv
 PYTEST = $(VENV)/bin/python -m pytest -q -n $(JOBS) $(ARGS)
@@ -14,7 +12,7 @@ PREPARED := $(BUILT) unit-programs build/bus-peer build/bus-soak build/controlle
 LINTS := lint-gcc lint-clang lint-format lint-python lint-types $(patsubst tools/%,current-%,$(wildcard tools/*2c))
 .PHONY: help venv demo arms figures campaign-figures $(BUILT) $(IMAGES) firmware flash bench bench-baseline bench-check bench-can \
     docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz prove mutants clean FORCE
-
+library: ## build the firmware for the host: build/libtauperp.so
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 24
 venv: ## install the host package and its tools into .venv, once
@@ -28,7 +26,6 @@ figures: demo ## renew README's figures: the demo's, and with the recordings the
 campaign-figures: kernel ## renew README's figures of the campaign and the sensitivity (a few minutes)
 figures campaign-figures: venv
 	@tools/figures $@
-library: ## build the firmware for the host: build/libtauperp.so
 library-fixed: ## the same in fixed point: build/fixed/libtauperp.so
 kernel: venv ## build the kernel of `tauperp campaign`
 guard: ## build the guard as a SocketCAN process: build/tauperp-guard
