@@ -11,7 +11,7 @@ IMAGES := unit-images counting-images bench-images
 PREPARED := $(BUILT) unit-programs build/bus-peer build/bus-soak build/controller
 LINTS := lint-gcc lint-clang lint-format lint-python lint-types $(patsubst tools/%,current-%,$(wildcard tools/*2c))
 .PHONY: help venv demo arms figures campaign-figures $(BUILT) $(IMAGES) firmware flash bench bench-baseline bench-check bench-can \
-    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz prove mutants clean FORCE
+    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz prove mutants faults evidence clean FORCE
 library: ## build the firmware for the host: build/libtauperp.so
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 24
@@ -75,5 +75,9 @@ prove: venv ## what CBMC proves of the fixed-point firmware, every harness (docs
 	@$(VENV)/bin/python tools/prove --jobs $(JOBS) $(ARGUMENTS)
 mutants: venv ## does a unit test notice each changed operator, constant and condition? [FILES="wire guard/snapshot"]
 	@$(VENV)/bin/python tools/mutate/mutate.py $(FILES)
+faults: build/faults library ## put a million seeded faults into the guard and the stm32g4 image; out/faults/report.json
+evidence: ## run every check and write its numbers onto one page: out/evidence/index.md (under an hour)
+faults evidence: venv
+	@$(VENV)/bin/python tools/$@/$@.py $(ARGUMENTS)
 clean: ## remove what was built (build, out); .venv and .toolbox stay
 	@rm -rf build out

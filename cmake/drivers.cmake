@@ -16,6 +16,15 @@ foreach(program bus-peer bus-soak controller)
 endforeach()
 add_dependencies(bus-peer rooms-float)
 
+# Faults put into the library's guard.
+file(GLOB fault_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/faults/*.c")
+tauperp_program(faults "" faults ${fault_sources} $<TARGET_OBJECTS:library-objects-float>)
+target_link_libraries(faults PRIVATE host-float)
+target_include_directories(faults PRIVATE "${PROJECT_SOURCE_DIR}/tools/faults" "${TAUPERP_FIRMWARE}/robot_side")
+target_compile_definitions(faults PRIVATE _GNU_SOURCE)
+set_target_properties(faults PROPERTIES EXCLUDE_FROM_ALL ON)
+add_dependencies(faults tauperp_build_id)
+
 # The blocks that the bench's images hold.
 file(GLOB block_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/host/tauperp/robot/*.py"
     "${PROJECT_SOURCE_DIR}/host/tauperp/robot/models/*" "${PROJECT_SOURCE_DIR}/host/tauperp/config/*.py"

@@ -1,0 +1,79 @@
+"""The safety record has no gap, its pages are current, and its computations agree with counting."""
+
+import dataclasses
+import itertools
+import sys
+from pathlib import Path
+
+import pytest
+from checkout import ROOT
+
+sys.path.insert(0, str(ROOT / "tools" / "safety"))
+
+import trace as tracing
+
+import figures
+import wire
+
+
+def test_no_requirement_has_a_gap_and_the_pages_are_current() -> None:
+    requirements = tracing.read()
+    assert tracing.gaps(requirements, tracing.hazards()) == []
+    assert tracing.PAGE.read_text() == tracing.page(requirements)
+    assert figures.PAGE.read_text() == figures.page()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"tests": []}, "SR-01: no tests"),
+        ({"code": []}, "SR-01: no code"),
+        ({"hazards": ["H-99"]}, "SR-01: no hazard H-99"),
+        ({"tests": ["tests/unit/test_guard_states.c:test_nothing"]}, "test_guard_states.c:test_nothing does not exist"),
+        ({"code": ["firmware/guard/guard.c:no_such_function"]}, "guard.c:no_such_function does not exist"),
+        ({"code": ["firmware/guard/nowhere.c:guard_tick"]}, "nowhere.c:guard_tick does not exist"),
+        ({"reasons": []}, "reason NONE: no requirement"),
+        ({"reasons": ["NOWHERE"]}, "reason NOWHERE: not of the DBC"),
+    ],
+)
+def test_a_planted_gap_is_found(change: dict[str, list[str]], said: str) -> None:
+    first, *rest = tracing.read()
+    lines = tracing.gaps([dataclasses.replace(first, **change), *rest], tracing.hazards())
+    assert any(said in line for line in lines), lines
+
+
+def test_a_hazard_without_a_requirement_is_found() -> None:
+    assert "H-7: no requirement" in tracing.gaps(tracing.read(), [*tracing.hazards(), "H-7"])
+
+
+def test_a_result_is_the_worst_of_a_tests_parameters(tmp_path: Path) -> None:
+    file = tmp_path / "results.xml"
+    file.write_text(
+        '<testsuites><testsuite><testcase classname="tests.host.test_x" name="test_a[1]"/>'
+        '<testcase classname="tests.host.test_x" name="test_a[2]"><failure/></testcase>'
+        '<testcase classname="tests.host.test_x" name="test_b"><skipped/></testcase></testsuite></testsuites>'
+    )
+    found = tracing.results(file)
+    assert found["tests/host/test_x.py:test_a"] == "failed"
+    assert found["tests/host/test_x.py:test_b"] == "skipped"
+
+
+def test_the_weights_of_the_crc_are_those_of_counting() -> None:
+    """Of a frame of 3 bytes: CRC, counter and data, one more byte; every error pattern that the CRC does not see."""
+    bits = 24
+    positions = (*range(8), *range(16, bits + 8))
+    syndromes = [wire.reduce(1 << position) for position in positions]
+    counted = [0] * 5
+    for weight in range(1, 5):
+        for errors in itertools.combinations(syndromes, weight):
+            total = 0
+            for syndrome in errors:
+                total ^= syndrome
+            counted[weight] += total == 0
+    assert wire.weights(bits)[1:5] == counted[1:]
+    assert sum(wire.weights(bits)) == 2 ** (bits - 8)
+
+
+def test_a_frame_without_errors_has_no_residual_error() -> None:
+    assert wire.residual(0.0) == 0.0
+    assert 0 < wire.residual(1e-4) < wire.residual(1e-3)

@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""Requirement to code to test to result: checks docs/safety/requirements.toml and writes docs/safety/requirements.md.
+
+    trace.py                      writes the page
+    trace.py --check              says what is missing or not current, one line each; exit code 1
+    trace.py --results FILE.xml   the page with the results of that run (JUnit), on the standard output
+
+A gap is: a requirement without a hazard, code or test; a hazard without a requirement; a function or test that does not
+exist; a reason of StopCommand that no requirement names; with results, a test that did not run or failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import tomllib
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tauperp.files import repository_root
+from tauperp.wire_values import Reason
+
+ROOT = repository_root()
+FOLDER = ROOT / "docs" / "safety"
+PAGE = FOLDER / "requirements.md"
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """One row of requirements.toml."""
+
+    id: str
+    text: str
+    hazards: list[str]
+    code: list[str]
+    tests: list[str]
+    reasons: list[str] = field(default_factory=list)
+
+
+def read(path: Path = FOLDER / "requirements.toml") -> list[Requirement]:
+    return [Requirement(**row) for row in tomllib.loads(path.read_text(encoding="utf-8"))["requirement"]]
+
+
+def hazards(path: Path = FOLDER / "hazards.md") -> list[str]:
+    """Ids of the first column of the hazard list."""
+    return re.findall(r"^\| (H-\d+) \|", path.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def defines(reference: str, root: Path = ROOT) -> bool:
+    """Whether `file:name` names a function or test of that file."""
+    name, _, function = reference.partition(":")
+    path = root / name
+    if not path.is_file():
+        return False
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".py":
+        return re.search(rf"^\s*def {re.escape(function)}\(", text, re.MULTILINE) is not None
+    # A definition ends its line of parameters with a brace; a declaration ends with a semicolon.
+    return re.search(rf"^[a-zA-Z_][^;={{}}]*\b{re.escape(function)}\([^;{{}}]*\) \{{", text, re.MULTILINE) is not None
+
+
+def gaps(requirements: list[Requirement], known_hazards: list[str], root: Path = ROOT) -> list[str]:
+    """What is missing, one line each."""
+    lines = []
+    ids = [requirement.id for requirement in requirements]
+    lines += [f"{name}: twice" for name in sorted({name for name in ids if ids.count(name) > 1})]
+    for requirement in requirements:
+        for kind in ("hazards", "code", "tests"):
+            if not getattr(requirement, kind):
+                lines.append(f"{requirement.id}: no {kind}")
+        lines += [f"{requirement.id}: no hazard {name}" for name in requirement.hazards if name not in known_hazards]
+        lines += [
+            f"{requirement.id}: {reference} does not exist"
+            for reference in (*requirement.code, *requirement.tests)
+            if not defines(reference, root)
+        ]
+    met = {name for requirement in requirements for name in requirement.hazards}
+    lines += [f"{name}: no requirement" for name in known_hazards if name not in met]
+    named = {name for requirement in requirements for name in requirement.reasons}
+    lines += [f"reason {reason.name}: no requirement" for reason in Reason if reason.name not in named]
+    lines += [f"reason {name}: not of the DBC" for name in sorted(named - {reason.name for reason in Reason})]
+    return lines
+
+
+def results(path: Path) -> dict[str, str]:
+    """passed, failed or skipped by `file:test`, of a JUnit file; the worst of a test's parameters."""
+    found: dict[str, str] = {}
+    order = ["passed", "skipped", "failed"]
+    for case in ElementTree.parse(path).getroot().iter("testcase"):
+        module, name = case.get("classname", ""), case.get("name", "").partition("[")[0]
+        kinds = {child.tag for child in case}
+        result = "failed" if kinds & {"failure", "error"} else "skipped" if "skipped" in kinds else "passed"
+        for suffix in (".py", ".c"):
+            key = f"{module.replace('.', '/')}{suffix}:{name}"
+            found[key] = max(found.get(key, "passed"), result, key=order.index)
+    return found
+
+
+def short(reference: str) -> str:
+    return Path(reference).name.replace(":", " ")
+
+
+def page(requirements: list[Requirement], found: dict[str, str] | None = None) -> str:
+    lines = [
+        "# Requirements and their trace",
+        "",
+        "Written by `tools/safety/trace.py` from `docs/safety/requirements.toml`. A test fails on a gap.",
+        "`make evidence` adds the result of each test.",
+        "",
+        "| id | requirement | hazards | code | tests | reasons |",
+        "|---|---|---|---|---|---|",
+    ]
+    for requirement in requirements:
+        code = ", ".join(f"`{short(reference)}`" for reference in requirement.code)
+        tests = "<br>".join(
+            f"`{short(reference)}`" + (f": {found.get(reference, 'not run')}" if found else "")
+            for reference in requirement.tests
+        )
+        met, reasons = ", ".join(requirement.hazards), ", ".join(requirement.reasons)
+        lines.append(f"| {requirement.id} | {requirement.text} | {met} | {code} | {tests} | {reasons} |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--results", type=Path)
+    arguments = parser.parse_args()
+    requirements = read()
+    lines = gaps(requirements, hazards())
+    if arguments.results:
+        found = results(arguments.results)
+        for requirement in requirements:
+            lines += [
+                f"{requirement.id}: {reference} {found.get(reference, 'did not run')}"
+                for reference in requirement.tests
+                if found.get(reference) != "passed"
+            ]
+        print(page(requirements, found), end="")
+    elif arguments.check:
+        if not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != page(requirements):
+            lines.append("docs/safety/requirements.md is not current: tools/safety/trace.py")
+    else:
+        PAGE.write_text(page(requirements), encoding="utf-8")
+    for line in lines:
+        print(line, file=sys.stderr)
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
