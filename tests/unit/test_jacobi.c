@@ -157,8 +157,10 @@ static void test_zero_and_vanishing_columns_explain_nothing(void) {
     TEST_ASSERT_TRUE(jacobi.smallest == NUM(0));
 }
 
-#ifndef TAUPERP_FIXED
 static void test_what_is_not_a_number_explains_nothing(void) {
+#ifdef TAUPERP_FIXED
+    TEST_PASS_MESSAGE("every bit pattern is a number here");
+#else
     const num_t bad[] = {NAN, INFINITY, -INFINITY};
     random_start(55);
     for (uint32_t place = 0; place < (K * N); ++place) {
@@ -172,8 +174,8 @@ static void test_what_is_not_a_number_explains_nothing(void) {
         jacobi_reject(&jacobi, tau, rest);
         TEST_ASSERT_EQUAL_MEMORY(tau, rest, sizeof(tau));
     }
-}
 #endif
+}
 
 int main(void) {
     UNITY_BEGIN();
@@ -183,8 +185,6 @@ int main(void) {
     RUN_TEST(test_a_direction_just_above_the_tolerance_is_explained_and_one_just_below_is_not);
     RUN_TEST(test_more_columns_than_joints_explain_everything);
     RUN_TEST(test_zero_and_vanishing_columns_explain_nothing);
-#ifndef TAUPERP_FIXED
     RUN_TEST(test_what_is_not_a_number_explains_nothing);
-#endif
     return UNITY_END();
 }
