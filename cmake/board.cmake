@@ -1,5 +1,6 @@
 # An image for a board of the table: `make firmware` says all of these.
 set(TAUPERP_NUMERIC float CACHE STRING "float or fixed")
+set(TAUPERP_CHANNELS 2 CACHE STRING "2 channels, of which the first is float, or 1")
 set(TAUPERP_BLOCK "" CACHE FILEPATH "The configuration block, as `tauperp config -o` writes it")
 set(TAUPERP_CRC 0 CACHE STRING "The block's CRC")
 set(TAUPERP_IMAGE "${CMAKE_BINARY_DIR}/firmware.elf" CACHE FILEPATH "The image")
@@ -12,7 +13,7 @@ set(common "${TAUPERP_FIRMWARE}/boards/common")
 set(board "${TAUPERP_FIRMWARE}/boards/${TAUPERP_BOARD}")
 file(GLOB board_sources CONFIGURE_DEPENDS "${board}/*.c")
 file(GLOB start_sources CONFIGURE_DEPENDS "${board}/*.S")
-set(IMAGE_DEFINITIONS "")
+set(IMAGE_DEFINITIONS TAUPERP_CHANNELS=${TAUPERP_CHANNELS})
 foreach(variant TAUPERP_LOCKSTEP TAUPERP_EMULATOR)
     if(${variant})
         list(APPEND IMAGE_DEFINITIONS ${variant})
@@ -20,8 +21,14 @@ foreach(variant TAUPERP_LOCKSTEP TAUPERP_EMULATOR)
 endforeach()
 
 tauperp_settings(settings-${TAUPERP_NUMERIC} ${definition_${TAUPERP_NUMERIC}})
-tauperp_image_objects(firmware ${TAUPERP_NUMERIC} ${TAUPERP_JOINTS} ${TAUPERP_SOURCES} "${common}/loop.c"
+tauperp_image_objects(firmware ${TAUPERP_NUMERIC} ${TAUPERP_JOINTS} ${TAUPERP_SOURCES} ${pair_source} "${common}/loop.c"
     "${common}/restarts.c" "${common}/log.c" "${common}/halt.c" "${common}/memory.c" ${board_sources} ${start_sources})
+
+set(second_objects "")
+if(TAUPERP_CHANNELS EQUAL 2)
+    tauperp_image_objects(second second ${TAUPERP_JOINTS} ${second_sources})
+    set(second_objects $<TARGET_OBJECTS:second>)
+endif()
 
 # What differs between images of the same objects: the block, and what the image says of itself.
 add_library(identity OBJECT EXCLUDE_FROM_ALL "${common}/config.S" "${common}/identity.c")
@@ -34,7 +41,8 @@ set_source_files_properties("${common}/config.S" PROPERTIES OBJECT_DEPENDS "${TA
 tauperp_identified("${common}/identity.c")
 add_dependencies(identity tauperp_build_id)
 
-tauperp_image(image "${board}/${TAUPERP_BOARD}.ld" $<TARGET_OBJECTS:identity> $<TARGET_OBJECTS:firmware>)
+tauperp_image(image "${board}/${TAUPERP_BOARD}.ld" $<TARGET_OBJECTS:identity> $<TARGET_OBJECTS:firmware>
+    ${second_objects})
 get_filename_component(name "${TAUPERP_IMAGE}" NAME)
 get_filename_component(folder "${TAUPERP_IMAGE}" DIRECTORY)
 set_target_properties(image PROPERTIES OUTPUT_NAME "${name}" RUNTIME_OUTPUT_DIRECTORY "${folder}")

@@ -2,8 +2,9 @@
 add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=") # what a file says of itself is its place in the checkout
 set(NUMERICS float fixed)
 set(definition_float "")
-set(definition_fixed TAUPERP_FIXED=1)
+set(definition_fixed TAUPERP_FIXED=1 TAUPERP_CHANNELS=1) # a build in Q9.22 has no second channel
 set(STRICT -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror)
+list(APPEND TAUPERP_INCLUDES "${TAUPERP_FIRMWARE}/pair")
 list(APPEND TAUPERP_INCLUDES "${TAUPERP_FIRMWARE}/robots") # tables for tests, behind the portable rooms
 file(GLOB robot_sources CONFIGURE_DEPENDS "${TAUPERP_FIRMWARE}/robots/*.c")
 file(GLOB unit_tests CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/unit/test_*.c")
@@ -23,3 +24,11 @@ function(tauperp_object_library name settings)
     target_link_libraries(${name} PRIVATE ${settings})
     add_dependencies(${name} tauperp_build_id)
 endfunction()
+
+# The second channel: the same sources once more, with its own numbers, projection and prefix (firmware/pair/second.h).
+set(pair_source "${TAUPERP_FIRMWARE}/pair/pair.c")
+set(second_sources ${TAUPERP_SOURCES} "${TAUPERP_FIRMWARE}/pair/second.c")
+list(FILTER second_sources EXCLUDE REGEX "/firmware/schedule/")
+tauperp_settings(settings-second TAUPERP_FIXED=1 TAUPERP_SECOND=1)
+target_compile_options(settings-second INTERFACE
+    "$<$<COMPILE_LANGUAGE:C>:SHELL:-include ${TAUPERP_FIRMWARE}/api/names.h>")

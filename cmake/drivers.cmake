@@ -18,7 +18,7 @@ add_dependencies(bus-peer rooms-float)
 
 # Faults put into the library's guard.
 file(GLOB fault_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/faults/*.c")
-tauperp_program(faults "" faults ${fault_sources} $<TARGET_OBJECTS:library-objects-float>)
+tauperp_program(faults "" faults ${fault_sources} $<TARGET_OBJECTS:library-objects-float> ${second_float})
 target_link_libraries(faults PRIVATE host-float)
 target_include_directories(faults PRIVATE "${PROJECT_SOURCE_DIR}/tools/faults" "${TAUPERP_FIRMWARE}/robot_side")
 target_compile_definitions(faults PRIVATE _GNU_SOURCE)

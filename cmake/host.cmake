@@ -43,11 +43,12 @@ endfunction()
 # The shared library of one numeric type, its declarations, and the kernel.
 function(tauperp_library numeric)
     set(folder "${TAUPERP_OUTPUT}${folder_${numeric}}")
-    tauperp_object_library(library-objects-${numeric} host-${numeric} ${TAUPERP_SOURCES} ${robot_sources} ${library_sources})
+    tauperp_object_library(library-objects-${numeric} host-${numeric} ${TAUPERP_SOURCES} ${robot_sources} ${library_sources}
+        ${pair_source})
     set_target_properties(library-objects-${numeric} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_include_directories(library-objects-${numeric} PRIVATE ${library_includes})
 
-    add_library(tauperp-${numeric} SHARED $<TARGET_OBJECTS:library-objects-${numeric}>)
+    add_library(tauperp-${numeric} SHARED $<TARGET_OBJECTS:library-objects-${numeric}> ${second_${numeric}})
     target_link_options(tauperp-${numeric} PRIVATE -Wl,-z,defs)
     set_target_properties(tauperp-${numeric} PROPERTIES
         OUTPUT_NAME tauperp NO_SONAME ON LINKER_LANGUAGE C LIBRARY_OUTPUT_DIRECTORY "${folder}")
@@ -76,7 +77,7 @@ function(tauperp_library numeric)
     target_include_directories(kernel-objects-${numeric} PRIVATE ${library_includes} "${PROJECT_SOURCE_DIR}/host/kernel")
     target_include_directories(kernel-objects-${numeric} SYSTEM PRIVATE ${mujoco})
     add_library(kernel-${numeric} SHARED EXCLUDE_FROM_ALL
-        $<TARGET_OBJECTS:kernel-objects-${numeric}> $<TARGET_OBJECTS:library-objects-${numeric}>)
+        $<TARGET_OBJECTS:kernel-objects-${numeric}> $<TARGET_OBJECTS:library-objects-${numeric}> ${second_${numeric}})
     target_link_options(kernel-${numeric} PRIVATE -Wl,-Bsymbolic)
     target_link_libraries(kernel-${numeric} PRIVATE m)
     set_target_properties(kernel-${numeric} PROPERTIES
@@ -84,7 +85,7 @@ function(tauperp_library numeric)
 
     # Every C file that a host compiler can build.
     tauperp_object_library(strict-${numeric} host-${numeric} ${TAUPERP_SOURCES} ${robot_sources} ${library_sources}
-        ${linux_sources} ${kernel_sources} ${example_sources})
+        ${linux_sources} ${kernel_sources} ${example_sources} ${pair_source})
     target_include_directories(strict-${numeric} PRIVATE ${library_includes} "${PROJECT_SOURCE_DIR}/host/kernel")
     target_include_directories(strict-${numeric} SYSTEM PRIVATE ${mujoco})
 endfunction()
@@ -92,7 +93,7 @@ endfunction()
 # Each tests/unit/test_*.c is one Unity program, linked with the whole firmware. Code of a board that a unit test reaches
 # is included by that test itself.
 function(tauperp_unit_programs numeric)
-    tauperp_object_library(unit-objects-${numeric} host-${numeric} ${robot_sources} ${library_sources})
+    tauperp_object_library(unit-objects-${numeric} host-${numeric} ${robot_sources} ${library_sources} ${pair_source})
     target_include_directories(unit-objects-${numeric} PRIVATE ${library_includes})
     add_library(unity-${numeric} OBJECT EXCLUDE_FROM_ALL "${unity}/unity.c")
     target_compile_options(unity-${numeric} PRIVATE -std=c11 -w)
@@ -101,7 +102,7 @@ function(tauperp_unit_programs numeric)
     foreach(test IN LISTS unit_tests)
         get_filename_component(name "${test}" NAME_WE)
         add_executable(${name}-${numeric} EXCLUDE_FROM_ALL ${test} $<TARGET_OBJECTS:rooms-${numeric}>
-            $<TARGET_OBJECTS:unit-objects-${numeric}> $<TARGET_OBJECTS:unity-${numeric}>)
+            $<TARGET_OBJECTS:unit-objects-${numeric}> $<TARGET_OBJECTS:unity-${numeric}> ${second_${numeric}})
         target_link_libraries(${name}-${numeric} PRIVATE settings-${numeric} m)
         target_include_directories(${name}-${numeric} PRIVATE ${library_includes} "${PROJECT_SOURCE_DIR}/tests/unit")
         target_include_directories(${name}-${numeric} SYSTEM PRIVATE "${unity}")
@@ -112,21 +113,34 @@ function(tauperp_unit_programs numeric)
     endforeach()
 endfunction()
 
-foreach(numeric IN LISTS NUMERICS)
-    tauperp_settings(settings-${numeric} ${definition_${numeric}})
+function(tauperp_host_settings numeric)
     add_library(host-${numeric} INTERFACE)
     target_link_libraries(host-${numeric} INTERFACE settings-${numeric})
     target_compile_options(host-${numeric} INTERFACE "$<IF:$<BOOL:${TAUPERP_STRICT}>,${STRICT},-Wall;-Wextra>")
+endfunction()
+
+# Two channels are where the first one is in float32.
+tauperp_host_settings(second)
+tauperp_object_library(second-objects host-second ${second_sources})
+set_target_properties(second-objects PROPERTIES POSITION_INDEPENDENT_CODE ON)
+set(second_float $<TARGET_OBJECTS:second-objects>)
+set(second_fixed "")
+
+foreach(numeric IN LISTS NUMERICS)
+    tauperp_settings(settings-${numeric} ${definition_${numeric}})
+    tauperp_host_settings(${numeric})
     tauperp_library(${numeric})
     if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
         tauperp_object_library(rooms-${numeric} host-${numeric} ${TAUPERP_SOURCES})
-        tauperp_object_library(linux-${numeric} host-${numeric} ${linux_sources})
+        tauperp_object_library(linux-${numeric} host-${numeric} ${linux_sources} ${pair_source})
         tauperp_program(guard${suffix_${numeric}} "${folder_${numeric}}" tauperp-guard
-            $<TARGET_OBJECTS:rooms-${numeric}> $<TARGET_OBJECTS:linux-${numeric}>)
+            $<TARGET_OBJECTS:rooms-${numeric}> $<TARGET_OBJECTS:linux-${numeric}> ${second_${numeric}})
         set_target_properties(guard${suffix_${numeric}} PROPERTIES LINKER_LANGUAGE C)
     endif()
     tauperp_unit_programs(${numeric})
 endforeach()
+tauperp_object_library(strict-second host-second ${second_sources})
+add_dependencies(strict-float strict-second)
 
 # The smallest example sees the public header, which has the name of the host library's.
 set_source_files_properties("${TAUPERP_FIRMWARE}/examples/minimal/minimal.c" PROPERTIES

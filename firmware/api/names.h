@@ -1,13 +1,15 @@
 /* names: one prefix on every external symbol of the firmware. Written by tools/names2c; do not edit.
  *
- * The build includes this header before every file (-include names.h) of a library that other programs link. float32
- * and Q9.22 get different prefixes, so that both builds of the same sources fit into one program. tests/host hold that
- * no external symbol is left without a prefix.
+ * The build includes this header before every file (-include names.h) of a library that other programs link. float32,
+ * Q9.22 and the second channel (pair.h) get different prefixes, so that these builds of the same sources fit into one
+ * program. tests/host hold that no external symbol is left without a prefix.
  */
 #ifndef TAUPERP_NAMES_H
 #define TAUPERP_NAMES_H
 
-#ifdef TAUPERP_FIXED
+#if defined(TAUPERP_SECOND)
+#define TAUPERP_INTERNAL(name) tauperp_second_##name
+#elif defined(TAUPERP_FIXED)
 #define TAUPERP_INTERNAL(name) tauperp_fixed_##name
 #else
 #define TAUPERP_INTERNAL(name) tauperp_float_##name
@@ -36,6 +38,10 @@
 #define motion_step TAUPERP_INTERNAL(motion_step)
 #define observer_init TAUPERP_INTERNAL(observer_init)
 #define observer_step TAUPERP_INTERNAL(observer_step)
+#define projection_hard TAUPERP_INTERNAL(projection_hard)
+#define projection_init TAUPERP_INTERNAL(projection_init)
+#define projection_saturations TAUPERP_INTERNAL(projection_saturations)
+#define projection_soft TAUPERP_INTERNAL(projection_soft)
 #define regressor_init TAUPERP_INTERNAL(regressor_init)
 #define regressor_step TAUPERP_INTERNAL(regressor_step)
 #define robot_is_valid TAUPERP_INTERNAL(robot_is_valid)
@@ -75,6 +81,7 @@
 #define tauperp_task_command_unpack TAUPERP_INTERNAL(tauperp_task_command_unpack)
 
 /* guard */
+#define agree_step TAUPERP_INTERNAL(agree_step)
 #define bank_is_valid TAUPERP_INTERNAL(bank_is_valid)
 #define check_tasks TAUPERP_INTERNAL(check_tasks)
 #define config_bounds_check TAUPERP_INTERNAL(config_bounds_check)
@@ -87,11 +94,19 @@
 #define event_log_frame TAUPERP_INTERNAL(event_log_frame)
 #define event_log_init TAUPERP_INTERNAL(event_log_init)
 #define event_log_note TAUPERP_INTERNAL(event_log_note)
+#define guard_confirm TAUPERP_INTERNAL(guard_confirm)
 #define guard_cycle_complete TAUPERP_INTERNAL(guard_cycle_complete)
+#define guard_decide TAUPERP_INTERNAL(guard_decide)
 #define guard_init TAUPERP_INTERNAL(guard_init)
+#define guard_is_alone TAUPERP_INTERNAL(guard_is_alone)
+#define guard_join TAUPERP_INTERNAL(guard_join)
+#define guard_look TAUPERP_INTERNAL(guard_look)
 #define guard_note_start TAUPERP_INTERNAL(guard_note_start)
 #define guard_note_tick_time TAUPERP_INTERNAL(guard_note_tick_time)
 #define guard_receive TAUPERP_INTERNAL(guard_receive)
+#define guard_refuse TAUPERP_INTERNAL(guard_refuse)
+#define guard_say TAUPERP_INTERNAL(guard_say)
+#define guard_tell TAUPERP_INTERNAL(guard_tell)
 #define guard_tick TAUPERP_INTERNAL(guard_tick)
 #define guard_trip TAUPERP_INTERNAL(guard_trip)
 #define healthy_for_long_enough TAUPERP_INTERNAL(healthy_for_long_enough)
@@ -101,6 +116,8 @@
 #define missing_input TAUPERP_INTERNAL(missing_input)
 #define missing_joint TAUPERP_INTERNAL(missing_joint)
 #define note_fault TAUPERP_INTERNAL(note_fault)
+#define opinion_event TAUPERP_INTERNAL(opinion_event)
+#define opinion_worse TAUPERP_INTERNAL(opinion_worse)
 #define plausibility_init TAUPERP_INTERNAL(plausibility_init)
 #define plausibility_step TAUPERP_INTERNAL(plausibility_step)
 #define reason_class TAUPERP_INTERNAL(reason_class)

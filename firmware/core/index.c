@@ -109,22 +109,6 @@ static uint32_t count_of(uint32_t bits) {
     return count;
 }
 
-static void project_hard(index_t *self, num_t tolerance, uint32_t joints, const num_t torque[]) {
-    subspace_step(&self->subspace, joints, self->columns, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, tolerance);
-    subspace_reject(&self->subspace, torque, self->unexplained);
-    self->smallest = self->subspace.smallest;
-    self->rank = self->subspace.rank;
-    self->converged = self->subspace.converged || (self->columns == 0u);
-}
-
-static void project_soft(index_t *self, num_t s, uint32_t fast, const num_t torque[]) {
-    soft_step(&self->soft, self->columns, (const num_t(*)[ROBOT_MAX_JOINTS])self->column, s);
-    soft_reject(&self->soft, torque, self->unexplained, fast, self->sudden);
-    self->smallest = self->soft.smallest;
-    self->rank = self->soft.columns - (((self->soft.columns > 0u) && (self->smallest <= s)) ? 1u : 0u);
-    self->converged = true;
-}
-
 /* The filtered output of the regressor, multiplied by the factor that the bank expects. */
 static uint32_t regressor_columns(index_t *self, const observer_t *observer, const regressor_t *regressor,
                                   num_t torque[]) {
@@ -169,11 +153,17 @@ void index_step(index_t *self, const subspace_config_t *config, const index_conf
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         self->sudden[i] = NUM(0);
     }
+    const num_t(*const column)[ROBOT_MAX_JOINTS] = (const num_t(*)[ROBOT_MAX_JOINTS])self->column;
     if (soft) {
-        project_soft(self, tolerance, count_of(task->components & task->fast), torque);
+        projection_soft(&self->projection, robot->joint_count, self->columns, column, tolerance, torque,
+                        self->unexplained, count_of(task->components & task->fast), self->sudden);
     } else {
-        project_hard(self, tolerance, robot->joint_count, torque);
+        projection_hard(&self->projection, robot->joint_count, self->columns, column, tolerance, torque,
+                        self->unexplained);
     }
+    self->smallest = self->projection.smallest;
+    self->rank = self->projection.rank;
+    self->converged = self->projection.converged;
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
         self->explained[i] = num_subtract(torque[i], self->unexplained[i], &self->saturations);
     }

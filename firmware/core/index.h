@@ -33,9 +33,8 @@
 
 #include "acceleration.h"
 #include "observer.h"
+#include "projection.h"
 #include "regressor.h"
-#include "soft.h"
-#include "subspace.h"
 
 typedef enum {
     INDEX_OFF = 0,      /* not configured: a command of this task is invalid */
@@ -87,8 +86,7 @@ typedef struct {
     num_t smallest; /* singular value of A, or a lower bound (subspace.h); 0 without columns */
     uint32_t rank;  /* number of explained directions; soft: columns, minus one near a singularity */
     bool converged;
-    subspace_t subspace;
-    soft_t soft;
+    projection_t projection;
     uint32_t kind;  /* index_kind_t of the last step, INDEX_OFF before the first */
     uint32_t token; /* token.h */
     uint32_t saturations;

@@ -86,7 +86,8 @@ typedef enum {
     GUARD_BAD_SENSOR = 16,             /* a sensor's offset or friction is outside its bounds */
     GUARD_BAD_LIMITS = 17,             /* a limit on what a task explains is outside its bounds */
     GUARD_BAD_BANK = 18,               /* a channel's gain is not 1, or no channel of a task detects a constant force */
-    GUARD_TOO_SLOW = 19                /* the worst-case reaction time is beyond CONFIG_REACTION_MAX_US */
+    GUARD_TOO_SLOW = 19,               /* the worst-case reaction time is beyond CONFIG_REACTION_MAX_US */
+    GUARD_BAD_PAIR = 20                /* the blocks of the two channels are of different installations */
 } guard_status_t;
 
 /* GUARD_OK if and only if the guard can run with the block and can detect collisions: every bound of config_bounds.h is

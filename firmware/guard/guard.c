@@ -24,52 +24,41 @@ static void trip(guard_t *self, guard_state_t state, const guard_event_t *event)
     enter(self, state);
 }
 
-static void fault(guard_t *self, guard_reason_t reason) {
-    const guard_event_t event = {.reason = reason, .category = self->config->stop_fault};
-    trip(self, GUARD_STATE_FAULT, &event);
+/* --- what this channel alone would do ----------------------------------------------------------------------------- */
+
+static guard_event_t fault_of(const guard_t *self, guard_reason_t reason) {
+    return (guard_event_t){.reason = reason, .category = self->config->stop_fault};
 }
 
-/* --- states ------------------------------------------------------------------------------------------------------- */
+static void wish_fault(const guard_t *self, guard_finding_t *finding, guard_reason_t reason) {
+    finding->wish = WISH_FAULT;
+    finding->event = fault_of(self, reason);
+}
 
-/* An input that cannot be trusted comes first: an index computed from it has no meaning. */
-static guard_event_t find_event(const guard_t *self, const guard_event_t *input) {
-    return (input->reason != GUARD_REASON_NONE) ? *input : contact_event(self);
+static void wish_stop(guard_finding_t *finding, const guard_event_t *event) {
+    if ((event->reason != GUARD_REASON_NONE) && (finding->wish == WISH_GO_ON)) {
+        finding->wish = WISH_STOP;
+        finding->event = *event;
+    }
 }
 
 static bool is_touched(const guard_t *self) {
     return self->detector.any_above || (self->explained.excess != EXPLAINED_NOTHING);
 }
 
-/* True if every input is good and nothing is above its limits. Updates the time since when. */
-static void track_health(guard_t *self, const guard_event_t *input, uint64_t now_us) {
-    const bool healthy = (input->reason == GUARD_REASON_NONE) && self->inputs.clocks_agree && !is_touched(self);
-    if (healthy && !self->healthy) {
-        self->healthy_since_us = now_us;
-    }
-    self->healthy = healthy;
+/* An input that cannot be trusted comes first: an index computed from it has no meaning. */
+static void while_monitoring(const guard_t *self, const guard_event_t *input, guard_finding_t *finding) {
+    const guard_event_t contact = contact_event(self);
+    wish_stop(finding, input);
+    wish_stop(finding, &contact);
 }
 
-static bool is_reset(const guard_t *self) {
-    return self->inputs.edge && (self->inputs.requested_trip == self->trip.number);
-}
-
-static void while_monitoring(guard_t *self, const guard_event_t *input) {
-    const guard_event_t event = find_event(self, input);
-    if (event.reason != GUARD_REASON_NONE) {
-        trip(self, GUARD_STATE_STOPPED, &event);
-    }
-}
-
-static void while_waiting(guard_t *self, const guard_event_t *input, uint64_t now_us) {
+static void while_waiting(const guard_t *self, const guard_event_t *input, guard_finding_t *finding) {
     const guard_event_t contact = contact_event(self);
     if (reason_class(input->reason) == REASON_BOARD) {
-        trip(self, GUARD_STATE_STOPPED, input);
-    } else if ((input->reason == GUARD_REASON_NONE) && (contact.reason != GUARD_REASON_NONE)) {
-        trip(self, GUARD_STATE_STOPPED, &contact);
-    } else if (self->evaluated && healthy_for_long_enough(self, now_us) && (self->acknowledged || is_reset(self))) {
-        self->inputs.edge = self->inputs.edge && self->acknowledged;
-        self->acknowledged = true;
-        enter(self, GUARD_STATE_MONITORING);
+        wish_stop(finding, input);
+    } else if (input->reason == GUARD_REASON_NONE) {
+        wish_stop(finding, &contact);
     } else {
         /* keep waiting */
     }
@@ -107,51 +96,41 @@ static guard_event_t worse_event(const guard_t *self, const guard_event_t *input
     return (guard_event_t){.reason = GUARD_REASON_NONE};
 }
 
-static void while_stopped(guard_t *self, const guard_event_t *input, uint64_t now_us) {
-    self->calm = self->calm || healthy_for_long_enough(self, now_us);
+static void while_stopped(guard_t *self, const guard_event_t *input, uint64_t now_us, guard_finding_t *finding) {
     const bool rising = self->evaluated && rise_step(&self->rise, &self->detector, self->joints, now_us);
     const guard_event_t worse = worse_event(self, input, rising);
-    if (worse.reason != GUARD_REASON_NONE) {
-        trip(self, GUARD_STATE_STOPPED, &worse);
-    } else if (is_reset(self) && healthy_for_long_enough(self, now_us)) {
-        self->inputs.edge = false;
-        self->acknowledged = true;
-        enter(self, GUARD_STATE_WAITING);
-        while_waiting(self, input, now_us);
-    } else {
-        /* no change */
-    }
+    wish_stop(finding, &worse);
 }
 
-static void evaluate(guard_t *self) {
+static void evaluate(guard_t *self, guard_finding_t *finding) {
     stages_run(self);
     if (!stages_complete(self)) {
-        fault(self, GUARD_REASON_STAGE_MISSED);
+        wish_fault(self, finding, GUARD_REASON_STAGE_MISSED);
     } else if (!stages_valid(self)) {
-        fault(self, GUARD_REASON_STATE_CORRUPT);
+        wish_fault(self, finding, GUARD_REASON_STATE_CORRUPT);
     } else {
         self->evaluated = true;
         self->inputs.joints = (guard_input_t){.good_us = self->inputs.completed_us, .seen = true};
     }
 }
 
-static input_t step(guard_t *self, uint64_t now_us) {
+static void look_at_inputs(guard_t *self, uint64_t now_us, guard_finding_t *finding) {
     if (snapshot_is_complete(&self->inputs.snapshot)) {
-        evaluate(self);
+        evaluate(self, finding);
     }
     const bool saturated = stages_saturated(self);
-    const input_t missing = missing_input(self, now_us);
-    const guard_event_t input = input_event(self, missing, saturated);
-    track_health(self, &input, now_us);
+    finding->missing = missing_input(self, now_us);
+    const guard_event_t input = input_event(self, finding->missing, saturated);
+    finding->healthy = (input.reason == GUARD_REASON_NONE) && self->inputs.clocks_agree && !is_touched(self);
     switch ((guard_state_t)self->state) {
     case GUARD_STATE_MONITORING:
-        while_monitoring(self, &input);
+        while_monitoring(self, &input, finding);
         break;
     case GUARD_STATE_WAITING:
-        while_waiting(self, &input, now_us);
+        while_waiting(self, &input, finding);
         break;
     case GUARD_STATE_STOPPED:
-        while_stopped(self, &input, now_us);
+        while_stopped(self, &input, now_us, finding);
         break;
     case GUARD_STATE_UNINITIALISED:
     case GUARD_STATE_SELF_TEST:
@@ -159,28 +138,148 @@ static input_t step(guard_t *self, uint64_t now_us) {
     default:
         break;
     }
-    return missing;
 }
 
-static void test_self(guard_t *self) {
+static void test_self(guard_t *self, guard_finding_t *finding) {
+    if (self->tested) {
+        return; /* the other channel is not ready yet */
+    }
     switch (self_test_step(self)) {
     case SELF_TEST_PASSED:
-        stages_init(self);
-        enter(self, GUARD_STATE_WAITING);
+        self->tested = true;
         break;
     case SELF_TEST_RUNNING:
         break;
     case SELF_TEST_FAILED:
     default:
-        fault(self, GUARD_REASON_SELF_TEST_FAILED);
+        wish_fault(self, finding, GUARD_REASON_SELF_TEST_FAILED);
         break;
     }
 }
 
-guard_status_t guard_init(guard_t *self, const guard_config_t *config) {
-    *self = (guard_t){.inputs = {.request = true}, .restarts = 1u};
+void guard_look(guard_t *self, uint64_t now_us, guard_finding_t *finding) {
+    *finding = (guard_finding_t){.wish = WISH_GO_ON};
+    self->evaluated = false;
+    const guard_reason_t broken = supervise(self, now_us);
+    if (broken != GUARD_REASON_NONE) {
+        wish_fault(self, finding, broken);
+    } else if (self->state == (uint32_t)GUARD_STATE_SELF_TEST) {
+        test_self(self, finding);
+        finding->missing = missing_input(self, now_us);
+    } else if (self->state != (uint32_t)GUARD_STATE_FAULT) {
+        look_at_inputs(self, now_us, finding);
+    } else {
+        wish_fault(self, finding, (guard_reason_t)self->trip.reason);
+    }
+    finding->tested = self->tested;
+    finding->fresh = self->evaluated;
+}
+
+/* --- the decision ------------------------------------------------------------------------------------------------- */
+
+/* Keeps the time since when everything is good. */
+static void track_health(guard_t *self, bool healthy, uint64_t now_us) {
+    if (healthy && !self->healthy) {
+        self->healthy_since_us = now_us;
+    }
+    self->healthy = healthy;
+}
+
+static bool is_reset(const guard_t *self) {
+    return self->inputs.edge && (self->inputs.requested_trip == self->trip.number);
+}
+
+static void leave_waiting(guard_t *self, bool fresh, uint64_t now_us) {
+    const bool tripped = self->detector.tripped || self->explained.tripped;
+    if (fresh && !tripped && healthy_for_long_enough(self, now_us) && (self->acknowledged || is_reset(self))) {
+        self->inputs.edge = self->inputs.edge && self->acknowledged;
+        self->acknowledged = true;
+        enter(self, GUARD_STATE_MONITORING);
+    }
+}
+
+static void leave_stopped(guard_t *self, bool fresh, uint64_t now_us) {
+    self->calm = self->calm || healthy_for_long_enough(self, now_us);
+    if (is_reset(self) && healthy_for_long_enough(self, now_us)) {
+        self->inputs.edge = false;
+        self->acknowledged = true;
+        enter(self, GUARD_STATE_WAITING);
+        leave_waiting(self, fresh, now_us);
+    }
+}
+
+static void act(guard_t *self, const guard_finding_t *finding, uint64_t now_us) {
+    const bool in_fault = self->state == (uint32_t)GUARD_STATE_FAULT;
+    if (!in_fault && (self->state != (uint32_t)GUARD_STATE_SELF_TEST)) {
+        track_health(self, finding->healthy, now_us);
+    }
+    if (in_fault) {
+        return; /* FAULT ends with guard_init only */
+    }
+    if (finding->wish == WISH_FAULT) {
+        trip(self, GUARD_STATE_FAULT, &finding->event);
+    } else if (finding->wish == WISH_STOP) {
+        trip(self, GUARD_STATE_STOPPED, &finding->event);
+    } else if (self->state == (uint32_t)GUARD_STATE_WAITING) {
+        leave_waiting(self, finding->fresh, now_us);
+    } else if (self->state == (uint32_t)GUARD_STATE_STOPPED) {
+        leave_stopped(self, finding->fresh, now_us);
+    } else if (finding->tested && (self->state == (uint32_t)GUARD_STATE_SELF_TEST)) {
+        stages_init(self);
+        enter(self, GUARD_STATE_WAITING);
+    } else {
+        /* stay */
+    }
+}
+
+/* What both channels find together. */
+static guard_finding_t joined(guard_t *self, const guard_finding_t *finding, const opinion_t *own,
+                              const opinion_t *other) {
+    guard_finding_t both = *finding;
+    both.healthy = finding->healthy && other->healthy;
+    both.tested = finding->tested && other->tested;
+    both.fresh = finding->fresh && other->fresh;
+    const bool agree = agree_step(&self->agree, own, other);
+    if (opinion_worse(self->second ? other : own, self->second ? own : other) == other) {
+        both.wish = (wish_t)other->wish;
+        both.event = opinion_event(other);
+    }
+    if (!agree && (both.wish != WISH_FAULT)) {
+        wish_fault(self, &both, GUARD_REASON_CHANNELS_DISAGREE);
+    }
+    return both;
+}
+
+static void settle(guard_t *self, uint64_t now_us, const guard_finding_t *finding, guard_output_t *out) {
+    const bool testing = self->state == (uint32_t)GUARD_STATE_SELF_TEST;
+    act(self, finding, now_us);
+    if (self->inputs.edge) { /* a request that was not granted */
+        count(&self->counters.resets_refused, 1u);
+    }
+    verdict_fill(self, finding->missing, now_us, out);
+    self->inputs.edge = false;
+    if (!testing) { /* frames received during the self-test are for the first tick after it */
+        self->inputs.fault = 0;
+        self->inputs.fault_joint = 0;
+    }
+}
+
+void guard_decide(guard_t *self, uint64_t now_us, const guard_finding_t *finding, const opinion_t *own,
+                  const opinion_t *other, guard_output_t *out) {
+    const guard_finding_t both = joined(self, finding, own, other);
+    settle(self, now_us, &both, out);
+}
+
+/* --- the interface ------------------------------------------------------------------------------------------------ */
+
+void guard_refuse(guard_t *self) {
+    *self = (guard_t){.inputs = {.request = true}, .restarts = 1u, .company = GUARD_ALONE};
     enter(self, GUARD_STATE_UNINITIALISED);
     report_init(&self->report);
+}
+
+guard_status_t guard_init(guard_t *self, const guard_config_t *config) {
+    guard_refuse(self);
     const guard_status_t status = config_check(config);
     if (status != GUARD_OK) {
         return status;
@@ -200,39 +299,18 @@ void guard_note_start(guard_t *self, guard_start_t cause, uint32_t restarts, gua
     self->variant = (uint8_t)variant;
 }
 
+void guard_say(guard_t *self, guard_output_t *out) {
+    report_tick(self, out);
+}
+
 void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out) {
     *out = (guard_output_t){.withheld = true};
-    if (self->config == 0) {
-        report_tick(self, out);
-        return;
+    if (self->config != 0) {
+        guard_finding_t finding;
+        guard_look(self, now_us, &finding);
+        settle(self, now_us, &finding, out);
     }
-    input_t missing = INPUT_NONE;
-    self->evaluated = false;
-    const guard_reason_t broken = supervise(self, now_us);
-    const bool testing = self->state == (uint32_t)GUARD_STATE_SELF_TEST;
-    const bool in_fault = self->state == (uint32_t)GUARD_STATE_FAULT;
-    if (broken != GUARD_REASON_NONE) {
-        if (!in_fault) {
-            fault(self, broken);
-        }
-    } else if (testing) {
-        test_self(self);
-        missing = missing_input(self, now_us);
-    } else if (!in_fault) {
-        missing = step(self, now_us);
-    } else {
-        /* FAULT ends with guard_init only */
-    }
-    if (self->inputs.edge) { /* a request that was not granted */
-        count(&self->counters.resets_refused, 1u);
-    }
-    verdict_fill(self, missing, now_us, out);
-    self->inputs.edge = false;
-    if (!testing) { /* frames received during the self-test are for the first tick after it */
-        self->inputs.fault = 0;
-        self->inputs.fault_joint = 0;
-    }
-    report_tick(self, out);
+    guard_say(self, out);
 }
 
 void guard_note_tick_time(guard_t *self, uint32_t tick_us) {

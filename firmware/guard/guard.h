@@ -48,11 +48,16 @@
 #include "config.h"
 #include "e2e.h"
 #include "frame.h"
+#include "opinion.h"
 #include "protocol.h"
 #include "snapshot.h"
 #include "values.h"
 
 #define GUARD_MAX_FRAMES 2u /* most frames of one tick */
+
+/* One channel or two: no single flipped bit makes one of the other. */
+#define GUARD_ALONE  0x5Au
+#define GUARD_PAIRED 0xA5u
 
 /* Faults of the environment since guard_init. Each counter saturates at its maximum. */
 typedef struct {
@@ -193,16 +198,40 @@ typedef struct {
     bool healthy;
     bool ticked;
     bool over_budget;
+    bool tested;         /* the self-test has passed */
+    bool second;         /* of two channels */
     bool calm;           /* healthy for reset_healthy_us since the last trip: a collision now is a new one */
     bool acknowledged;   /* a GuardReset was accepted since the start */
     uint8_t start_cause; /* guard_start_t */
     uint8_t restarts;
     uint8_t variant;      /* guard_variant_t */
     uint32_t saturations; /* as of the last tick */
+    uint32_t company;     /* GUARD_ALONE, or GUARD_PAIRED; anything else counts as paired */
+    agree_t agree;
     config_watch_t watch;
     guard_counters_t counters;
     guard_report_t report;
 } guard_t;
+
+/* The inputs with a deadline, in the order in which they are reported missing. */
+typedef enum { INPUT_NONE = 0, INPUT_SYNC = 1, INPUT_JOINTS = 2, INPUT_TASK = 3, INPUT_COUNT = 4 } input_t;
+
+/* Why a permission ends. */
+typedef struct {
+    guard_reason_t reason; /* GUARD_REASON_NONE: it continues */
+    uint32_t joint;        /* 1 to n, or 0 */
+    uint32_t category;
+    num_t value_nm;
+    num_t threshold_nm;
+} guard_event_t;
+
+/* What one look at the inputs found. */
+typedef struct {
+    wish_t wish;
+    guard_event_t event; /* of the wish */
+    input_t missing;
+    bool healthy, tested, fresh; /* as of opinion_t */
+} guard_finding_t;
 
 /* Checks the whole block and starts the guard. `config` must stay in place and unchanged while the guard is used. If
  * the result is not GUARD_OK, the guard stays UNINITIALISED: its ticks send a StopCommand without permission. */
@@ -219,6 +248,19 @@ void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us);
 bool guard_cycle_complete(const guard_t *self);
 
 void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out);
+
+/* The parts of guard_tick, for two channels (pair.h): look, tell the opinion, decide with that of the other channel,
+ * say it on the bus. The second channel confirms the first one's StopCommand: it writes its own inverted copy of the
+ * permission and seals the frame. Precondition: guard_init returned GUARD_OK. */
+void guard_join(guard_t *self, bool second);
+bool guard_is_alone(const guard_t *self);
+void guard_refuse(guard_t *self); /* the other channel refused its block: as guard_init does */
+void guard_look(guard_t *self, uint64_t now_us, guard_finding_t *finding);
+void guard_tell(const guard_t *self, const guard_finding_t *finding, opinion_t *opinion);
+void guard_decide(guard_t *self, uint64_t now_us, const guard_finding_t *finding, const opinion_t *own,
+                  const opinion_t *other, guard_output_t *out);
+void guard_say(guard_t *self, guard_output_t *out);
+void guard_confirm(const guard_output_t *own, can_frame_t *stop_command);
 
 /* Duration of the last tick, microseconds, by the board's clock. Above tick_budget_us the next tick is FAULT. */
 void guard_note_tick_time(guard_t *self, uint32_t tick_us);

@@ -43,18 +43,6 @@ bool rise_step(rise_t *self, const detector_t *detector, uint32_t joints, uint64
 /* guard_receive.c: records a fault for the next tick. Of several, the worst class stays; within a class, the first. */
 void note_fault(guard_t *self, guard_reason_t reason, uint32_t joint);
 
-/* The inputs with a deadline, in the order in which they are reported missing. */
-typedef enum { INPUT_NONE = 0, INPUT_SYNC = 1, INPUT_JOINTS = 2, INPUT_TASK = 3, INPUT_COUNT = 4 } input_t;
-
-/* Why a permission ends. */
-typedef struct {
-    guard_reason_t reason; /* GUARD_REASON_NONE: it continues */
-    uint32_t joint;        /* 1 to n, or 0 */
-    uint32_t category;
-    num_t value_nm;
-    num_t threshold_nm;
-} guard_event_t;
-
 /* guard_events.c: the deadlines, and what ends a permission. */
 
 /* The first input that is past its deadline or was never received. Checks all of them, for the report's margin. */
@@ -78,6 +66,9 @@ guard_event_t input_event(const guard_t *self, input_t missing, bool saturated);
 
 /* guard_verdict.c: the output of this tick, and the second computation of the permission. */
 void verdict_fill(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out);
+
+/* guard_opinion.c: what a channel told the other one to end the permission for. */
+guard_event_t opinion_event(const opinion_t *opinion);
 
 /* guard_supervise.c: the guard's checks of itself. Returns GUARD_REASON_NONE, or the reason of a FAULT. Call it once
  * per tick, before anything else. */

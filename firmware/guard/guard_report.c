@@ -30,8 +30,10 @@ static void seal(e2e_transmitter_t *transmitter, can_frame_t *frame, uint32_t sl
 static void stop_command(guard_t *guard, guard_output_t *out) {
     can_frame_t *const frame = next_frame(guard, out, PROTOCOL_TRANSMIT_STOP_COMMAND);
     struct tauperp_stop_command_t message = {0};
+    /* With a second channel, which overwrites the copy, both opinions of this one must permit. */
+    const bool permitted = out->permitted && !(!guard_is_alone(guard) && out->withheld);
     const uint8_t permission =
-        out->permitted ? TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE : TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE;
+        permitted ? TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE : TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE;
     message.permission = permission;
     /* From the second computation. If the two differ, the pair permits nothing. */
     message.permission_inverted = out->withheld ? TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_STOP_CHOICE
@@ -79,6 +81,7 @@ static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_
     message->restarts = guard->restarts;
     message->variant = guard->variant;
     message->channel = out->channel;
+    message->channels = guard_is_alone(guard) ? 1u : 2u;
     message->build_id = (uint16_t)(TAUPERP_BUILD_ID >> 16);
     if (guard->config != 0) {
         message->config_crc = guard->config->crc;

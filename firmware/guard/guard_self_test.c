@@ -32,36 +32,33 @@ static bool is_near(num_t a, num_t b, num_t tolerance) {
 
 /* A = [e1 + e2, e2 - e1] / 4 and tau = (1, 2, 3). Both directions are explained and only e3 remains. With a tolerance
  * above both singular values (0.3536) nothing is explained. */
-static bool projection_answers(subspace_t *subspace) {
+static bool projection_answers(projection_t *projection) {
     static const num_t column[2][ROBOT_MAX_JOINTS] = {{NUM(0.25), NUM(0.25)}, {NUM(-0.25), NUM(0.25)}};
     const num_t near = NUM(1e-4);
     const num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(2), NUM(3)};
     num_t rest[ROBOT_MAX_JOINTS] = {NUM(0)};
-    subspace_init(subspace);
-    subspace_step(subspace, 3u, 2u, column, NUM(0.01));
-    subspace_reject(subspace, tau, rest);
-    const bool explained = (subspace->rank == 2u) && is_near(rest[0], NUM(0), near) && is_near(rest[1], NUM(0), near) &&
-                           is_near(rest[2], NUM(3), near);
-    subspace_step(subspace, 3u, 2u, column, NUM(0.5));
-    subspace_reject(subspace, tau, rest);
-    const bool kept = (subspace->rank == 0u) && is_near(rest[0], NUM(1), near) && is_near(rest[1], NUM(2), near) &&
-                      is_near(rest[2], NUM(3), near) && is_near(subspace->smallest, NUM(0.353553), near);
-    subspace_init(subspace);
+    projection_init(projection);
+    projection_hard(projection, 3u, 2u, column, NUM(0.01), tau, rest);
+    const bool explained = (projection->rank == 2u) && is_near(rest[0], NUM(0), near) &&
+                           is_near(rest[1], NUM(0), near) && is_near(rest[2], NUM(3), near);
+    projection_hard(projection, 3u, 2u, column, NUM(0.5), tau, rest);
+    const bool kept = (projection->rank == 0u) && is_near(rest[0], NUM(1), near) && is_near(rest[1], NUM(2), near) &&
+                      is_near(rest[2], NUM(3), near) && is_near(projection->smallest, NUM(0.353553), near);
+    projection_init(projection);
     return explained && kept;
 }
 
 /* One column of 0.3, s = 0.1. Of a torque of 10 along it 0.1^2 / (0.1^2 + 0.3^2) remains; across it, all. */
-static bool soft_projection_answers(soft_t *soft) {
+static bool soft_projection_answers(projection_t *projection) {
     static const num_t column[1][ROBOT_MAX_JOINTS] = {{NUM(0), NUM(0.3)}};
     const num_t near = NUM(1e-4);
     const num_t tau[ROBOT_MAX_JOINTS] = {NUM(5), NUM(10)};
     num_t rest[ROBOT_MAX_JOINTS] = {NUM(0)};
-    soft_init(soft);
-    soft_step(soft, 1u, column, NUM(0.1));
-    soft_reject(soft, tau, rest, 0u, rest);
-    const bool right =
-        is_near(rest[0], NUM(5), near) && is_near(rest[1], NUM(1), near) && is_near(soft->smallest, NUM(0.3), near);
-    soft_init(soft);
+    projection_init(projection);
+    projection_soft(projection, 2u, 1u, column, NUM(0.1), tau, rest, 0u, rest);
+    const bool right = is_near(rest[0], NUM(5), near) && is_near(rest[1], NUM(1), near) &&
+                       is_near(projection->smallest, NUM(0.3), near);
+    projection_init(projection);
     return right;
 }
 
@@ -196,8 +193,8 @@ self_test_t self_test_step(guard_t *self) {
     const uint32_t step = self->self_test_step;
     ++self->self_test_step;
     if (step == 0u) {
-        const bool answers = crc32_answers() && e2e_answers() && projection_answers(&self->index.subspace) &&
-                             soft_projection_answers(&self->index.soft) && motion_answers(&self->motion) &&
+        const bool answers = crc32_answers() && e2e_answers() && projection_answers(&self->index.projection) &&
+                             soft_projection_answers(&self->index.projection) && motion_answers(&self->motion) &&
                              limits_answer(self);
         return answers ? SELF_TEST_RUNNING : SELF_TEST_FAILED;
     }

@@ -95,8 +95,9 @@ bool stages_valid(const guard_t *self) {
 
 bool stages_saturated(guard_t *self) {
     const uint32_t sum = self->motion.saturations + self->observer.saturations + self->acceleration.saturations +
-                         self->regressor.saturations + self->index.saturations + self->index.subspace.saturations +
-                         self->index.soft.saturations + self->explained.saturations + self->bank.saturations;
+                         self->regressor.saturations + self->index.saturations +
+                         projection_saturations(&self->index.projection) + self->explained.saturations +
+                         self->bank.saturations;
     const bool grew = sum != self->saturations;
     self->saturations = sum;
     return grew;

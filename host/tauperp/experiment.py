@@ -37,12 +37,14 @@ class Setup:
     guard       "library": in this process, with its own connection; "bus": an external guard on that bus
     real_time   paced by the clock, waiting for nobody; else in lockstep
     patience    with an external guard
+    channels    of the library's guard: 1, or 2 that must agree
     """
 
     bus: Callable[[], can.BusABC] | None = None
     guard: Literal["library", "bus"] = "library"
     real_time: bool = False
     patience: Patience = field(default_factory=Patience)
+    channels: int = 1
 
     def pace(self, period_s: float, *, at_once: bool) -> Pace:
         """`at_once`: the guard's answer is there before the robot can look."""
@@ -142,7 +144,7 @@ def _run_scenario(
         guard: Guard | None = None
         peer: GuardNode | RemoteGuard = RemoteGuard()
         if setup.guard == "library":
-            guard = Guard(configuration.block())
+            guard = Guard(configuration.block(), second=configuration.second_block(setup.channels))
             peer = GuardNode(stack.enter_context(connect()), guard, 0.0 if at_once else CARRYING_S)
         frames = _Ear(stack.enter_context(connect()), listener) if guard or listener else None
         lockstep = Lockstep(scenario, robot_bus, peer, pace)

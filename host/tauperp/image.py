@@ -14,6 +14,7 @@ _VARIANT_FORMAT, _VARIANT = 2, struct.Struct("<I")  # appended by it
 PRODUCT = "product"
 _VARIANTS = (PRODUCT, "lockstep", "emulator")  # guard_variant_t
 _VERSION_SECTION = ".tauperp_version"
+_BLOCK_SIZE = 8  # where a block says its size
 _CONFIG_SECTION = ".tauperp_config"
 _BUILD_ID_SECTION = ".note.gnu.build-id"
 _NOTE_HEADER = 16
@@ -45,7 +46,8 @@ def read_image(path: str | Path) -> Image:
     _, form, version, build, config, wire, numeric, board = _RECORD.unpack_from(record)
     if form < _FORMAT:
         raise InputError(f"{path}: the section {_VERSION_SECTION} has format {form}")
-    block = sections.get(_CONFIG_SECTION, b"")
+    blocks = sections.get(_CONFIG_SECTION, b"")
+    block = blocks[: int.from_bytes(blocks[_BLOCK_SIZE : _BLOCK_SIZE + 4], "little")]  # the first channel's
     if len(block) < 16 or block_crc(block) != config:
         raise InputError(f"{path}: the configuration block in it is not the one of CRC {config:08x}")
     names = {number: name for name, number in NUMERICS.items()}

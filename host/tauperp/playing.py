@@ -34,6 +34,9 @@ def add_playing_arguments(parser: argparse.ArgumentParser) -> None:
         "name a bus that is not virtual)",
     )
     parser.add_argument(
+        "--channels", type=int, choices=(1, 2), help="of the library's guard: 1, or 2 that must agree (default: 1)"
+    )
+    parser.add_argument(
         "--real-time",
         action="store_true",
         help="start each cycle by the clock, and count late cycles and permissions. Without it each cycle waits for "
@@ -65,5 +68,9 @@ def setup_of(args: argparse.Namespace, *, fd: bool) -> Setup:
     guard: Literal["library", "bus"] = args.guard or ("bus" if named and not virtual else "library")
     if guard == "bus" and not named:
         raise InputError("--guard bus: which bus? Name it by --interface and --channel")
+    if guard == "bus" and args.channels:
+        raise InputError(
+            "--channels is for the library's guard; the guard on the bus has as many as it was started with"
+        )
     bus: Callable[[], can.BusABC] | None = (lambda: open_bus(args, fd=fd)) if named else None
-    return Setup(bus, guard, args.real_time, Patience(args.start_timeout, args.answer_timeout))
+    return Setup(bus, guard, args.real_time, Patience(args.start_timeout, args.answer_timeout), args.channels or 1)

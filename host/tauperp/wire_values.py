@@ -59,6 +59,7 @@ class Reason(enum.IntEnum):
     EXPLAINED_MOMENT = 39
     RESIDUAL_LIMIT = 40
     SUDDEN = 41
+    CHANNELS_DISAGREE = 42
 
 
 class Start(enum.IntEnum):
@@ -158,4 +159,5 @@ REASON_CLASS: dict[int, ReasonClass] = {
     Reason.EXPLAINED_MOMENT: ReasonClass.STOPPED,
     Reason.RESIDUAL_LIMIT: ReasonClass.STOPPED,
     Reason.SUDDEN: ReasonClass.STOPPED,
+    Reason.CHANNELS_DISAGREE: ReasonClass.FAULT,
 }

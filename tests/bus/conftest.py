@@ -70,7 +70,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     def start(configuration: Configuration, *options: str, **more: Any) -> bus_guard.GuardProcess:
         block = tmp_path / f"block-{len(running)}.bin"
-        block.write_bytes(configuration.block())
+        block.write_bytes(configuration.block() + (configuration.second_block(2) or b""))
         robot = ["--robot", configuration.robot.name, "--config", str(block)]
         running.append(bus_guard.GuardProcess(tmp_path, *robot, *options, **more))
         return running[-1].__enter__()

@@ -17,7 +17,7 @@ from bus_guard import ROOT
 from bus_kit import Start
 from bus_robot import INDEX, STATUS, STOP_COMMAND
 
-from tauperp.experiment import EXPERIMENTS, run_scenario
+from tauperp.experiment import EXPERIMENTS, Setup, run_scenario
 from tauperp.files import dbc_path, write_atomically
 from tauperp.run.scenario import Scenario, load_scenario, shipped
 
@@ -46,7 +46,7 @@ def recorded(request: pytest.FixtureRequest) -> Recorded:
         for old in log.parent.glob(f"{request.param}-*.log"):
             old.unlink()
         recording: list[can.Message] = []
-        outcome = run_scenario(scenario, listener=recording.append)
+        outcome = run_scenario(scenario, Setup(channels=2), listener=recording.append)
         assert outcome.report["stops"], "an experiment without a stop would prove little"
         write_atomically(log, "".join(log_line(frame, frame.timestamp) for frame in recording))
     with can.CanutilsLogReader(log) as reader:

@@ -64,7 +64,7 @@ def test_bad_input_is_one_line_and_exit_code_2(block: Path, arguments: list[str]
     ("damage", "message"),
     [
         (lambda block: block[:-1], "{less} bytes, a configuration block of this firmware has {size}"),
-        (lambda block: block + b"\0\0", "more than {size} bytes"),
+        (lambda block: 2 * block + b"\0", "more than {twice} bytes"),
         (lambda block: b"", "0 bytes"),
         (lambda block: b"XXXX" + block[4:], "not a configuration block"),
         (lambda block: block[:4] + b"\xff" + block[5:], "another version of the firmware"),
@@ -76,7 +76,7 @@ def test_a_damaged_block_is_refused_with_its_reason(block: Path, damage, message
     block.write_bytes(damage(block.read_bytes()))
     result = run_guard("--channel", "vcan0", "--robot", "ku_dex", "--config", str(block))
     assert result.returncode == 2
-    assert message.format(size=size, less=size - 1) in result.stderr
+    assert message.format(size=size, less=size - 1, twice=2 * size) in result.stderr
     assert len(result.stderr.splitlines()) == 1
 
 

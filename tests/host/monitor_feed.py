@@ -124,7 +124,7 @@ class Feed:
             {"FirmwareVersion": 0x0102, "WireVersion": 1, "ConfigSchema": 3, "BuildId": 0xBEEF},
             {"ConfigCrc": CONFIG_CRC},
             {"RobotJoints": script.joints, "Numeric": 1, "Format": 1, "WorstTickTime": 61, "DeadlineMargin": 7210},
-            {"StartCause": 1, "Variant": script.variant, "Restarts": 0, "Channel": 0},
+            {"StartCause": 1, "Variant": script.variant, "Restarts": 0, "Channel": 0, "Channels": 1},
         )
         return self._sender.frame("GuardStatus", {"Page": page, **signals[page]})
 

@@ -268,10 +268,14 @@ def test_a_file_that_is_not_there_or_not_text_is_named(tmp_path: Path) -> None:
 
 def test_the_command_writes_the_block_and_says_its_crc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "guard.bin"
-    assert cli.main(["config", "paper", "--robot", "ku_dex", "-o", str(out), "--json"]) == 0
-    summary = json.loads(capsys.readouterr().out)
+    arguments = ["config", "paper", "--robot", "ku_dex", "-o", str(out), "--json"]
     configuration = load_configuration("paper", robot="ku_dex")
-    assert out.read_bytes() == configuration.block()
+    assert cli.main([*arguments, "--numeric", "float32"]) == 0
+    assert (json.loads(capsys.readouterr().out)["channels"], out.read_bytes()) == (1, configuration.block())
+    assert cli.main(arguments) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["channels"] == 2
+    assert out.read_bytes() == configuration.block() + configuration.block("q9.22")
     assert summary["crc"] == f"{configuration.crc():08x}"
     assert summary["tasks"]["payload"]["threshold_nm"] == [2.0] * 7
 

@@ -15,12 +15,13 @@ LAYERS = {  # room: the rooms whose headers it may include besides its own
     "core": (),
     "wire": (),
     "guard": ("core", "wire"),
+    "pair": ("core", "wire", "guard"),
     "schedule": ("core", "wire", "guard"),
     "robot_side": ("wire",),
     "robots": ("core",),
     "api": ("core", "wire", "guard", "schedule"),
-    "boards": ("core", "wire", "guard", "schedule", "robots"),
-    "hosts": ("core", "wire", "guard", "schedule", "robot_side", "robots"),
+    "boards": ("core", "wire", "guard", "pair", "schedule", "robots"),
+    "hosts": ("core", "wire", "guard", "pair", "schedule", "robot_side", "robots"),
     "examples": ("api", "robot_side", "wire"),
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)

@@ -14,6 +14,13 @@ void e2e_protect(e2e_transmitter_t *self, uint8_t *data, uint8_t length, const u
     *self = sealed;
 }
 
+/* guard_opinion.c */
+bool guard_is_alone(const guard_t *self) {
+    bool alone;
+    (void)self;
+    return alone;
+}
+
 #include "guard_report.c"
 
 static void report_with(bool configured) {

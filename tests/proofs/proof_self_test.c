@@ -8,32 +8,26 @@
 #include "protocol.c"
 #include "stage_stub.h"
 
-void subspace_init(subspace_t *self) {
+void projection_init(projection_t *self) {
     stage(self, sizeof(*self));
 }
 
-void subspace_step(subspace_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t tolerance) {
+static void project(projection_t *self, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], const num_t tau[],
+                    num_t rejected[]) {
     HOLDS(__CPROVER_r_ok(column, k * sizeof(column[0])), "the columns are there");
-    stage(self, sizeof(*self));
-}
-
-void subspace_reject(subspace_t *self, const num_t tau[], num_t rejected[]) {
     HOLDS(__CPROVER_r_ok(tau, ROBOT_MAX_JOINTS * sizeof(*tau)), "the torque is there");
+    stage(self, sizeof(*self));
     stage(rejected, ROBOT_MAX_JOINTS * sizeof(*rejected));
 }
 
-void soft_init(soft_t *self) {
-    stage(self, sizeof(*self));
+void projection_hard(projection_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS],
+                     num_t tolerance, const num_t tau[], num_t rejected[]) {
+    project(self, k, column, tau, rejected);
 }
 
-void soft_step(soft_t *self, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s) {
-    HOLDS(__CPROVER_r_ok(column, k * sizeof(column[0])), "the columns are there");
-    stage(self, sizeof(*self));
-}
-
-void soft_reject(soft_t *self, const num_t tau[], num_t rejected[], uint32_t first, num_t first_rejected[]) {
-    HOLDS(__CPROVER_r_ok(tau, ROBOT_MAX_JOINTS * sizeof(*tau)), "the torque is there");
-    stage(rejected, ROBOT_MAX_JOINTS * sizeof(*rejected));
+void projection_soft(projection_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s,
+                     const num_t tau[], num_t rejected[], uint32_t first, num_t first_rejected[]) {
+    project(self, k, column, tau, rejected);
 }
 
 /* guard_stages.c */

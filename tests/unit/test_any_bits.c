@@ -142,7 +142,7 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
         index_step(&index, &subspace, &task.index, robot, &motion, &observer, &measured, &regressor);
         explained_step(&explained, &task.limits, &subspace, 1u, robot, &observer, &measured, &task.index, &index);
         bank_step(&bank, &channels, n, observer.gap, index.unexplained, index.sudden, 0u);
-        assert_within_bounds(&index.subspace);
+        assert_within_bounds(&index.projection.subspace);
         detector_step(&detector, &task.detector, n, &bank);
         TEST_ASSERT_TRUE(detector.joint < n);
         for (uint32_t j = 0; j < n; ++j) { /* a value that is not a number is above every threshold */
@@ -151,8 +151,8 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
         const bool lost =
             !all_finite(observer.residual, n) || !all_finite(bank.channel[0].output, n) || !index.converged;
         const uint32_t saturations = motion.saturations + observer.saturations + measured.saturations +
-                                     regressor.saturations + index.saturations + index.subspace.saturations +
-                                     index.soft.saturations + explained.saturations + bank.saturations;
+                                     regressor.saturations + index.saturations + index.projection.subspace.saturations +
+                                     index.projection.soft.saturations + explained.saturations + bank.saturations;
         marked += (lost || (saturations > 0u)) ? 1u : 0u;
     }
     printf("%u ticks marked\n", (unsigned)marked);

@@ -35,7 +35,7 @@ static struct {
 } board;
 
 static guard_config_t storage;
-__asm__(".globl board_config\n.set board_config, storage");
+__asm__(".globl board_config\n.set board_config, storage\n.globl board_config_end\n.set board_config_end, storage");
 static guard_start_t start_cause;
 static jmp_buf out_of_loop;
 
@@ -276,8 +276,8 @@ static void test_unexpected_restarts_are_counted_until_they_are_too_many(void) {
     TEST_ASSERT_TRUE(out.permitted);
     for (uint32_t i = 0; i < GUARD_MAX_RESTARTS; ++i) {
         start_after(unexpected[i % 3u]);
-        TEST_ASSERT_EQUAL(i + 1u, guard.restarts);
-        TEST_ASSERT_EQUAL(unexpected[i % 3u], guard.start_cause);
+        TEST_ASSERT_EQUAL(i + 1u, pair.guard.restarts);
+        TEST_ASSERT_EQUAL(unexpected[i % 3u], pair.guard.start_cause);
         TEST_ASSERT_TRUE(out.permitted); /* after its reset */
     }
     for (uint32_t i = 0; i < 300u; ++i) { /* the count must not wrap */
@@ -288,7 +288,7 @@ static void test_unexpected_restarts_are_counted_until_they_are_too_many(void) {
     TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, out.state);
     TEST_ASSERT_EQUAL(GUARD_REASON_RESTART_LIMIT, out.reason);
     start_after(GUARD_START_COMMANDED);
-    TEST_ASSERT_EQUAL(0, guard.restarts);
+    TEST_ASSERT_EQUAL(0, pair.guard.restarts);
     TEST_ASSERT_TRUE(out.permitted);
 }
 

@@ -33,6 +33,10 @@ static unsigned dead; /* number of the stage that does nothing; 0: all run */
 #define guard_init           dying_guard_init
 #define guard_tick           dying_guard_tick
 #define guard_trip           dying_guard_trip
+#define guard_look           dying_guard_look
+#define guard_decide         dying_guard_decide
+#define guard_refuse         dying_guard_refuse
+#define guard_say            dying_guard_say
 #define guard_note_start     dying_guard_note_start
 #define guard_note_tick_time dying_guard_note_tick_time
 #include "../../firmware/guard/guard_stages.c"

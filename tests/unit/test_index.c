@@ -43,7 +43,7 @@ void setUp(void) {
 }
 void tearDown(void) {
     TEST_ASSERT_EQUAL(0, index_state.saturations);
-    TEST_ASSERT_EQUAL(0, (index_state.subspace.saturations + index_state.soft.saturations));
+    TEST_ASSERT_EQUAL(0, (index_state.projection.subspace.saturations + index_state.projection.soft.saturations));
 }
 
 static void step(index_kind_t kind) {

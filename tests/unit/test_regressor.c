@@ -61,7 +61,7 @@ void setUp(void) {
     index_init(&index_state);
 }
 void tearDown(void) {
-    TEST_ASSERT_EQUAL(0, regressor.saturations + index_state.saturations + index_state.soft.saturations);
+    TEST_ASSERT_EQUAL(0, regressor.saturations + index_state.saturations + index_state.projection.soft.saturations);
 }
 
 /* The payload's torque at rest is J^T [-m g; -mc x g]; in motion it comes from momentum and drift of a mass at a point:

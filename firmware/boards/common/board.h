@@ -26,7 +26,8 @@ enum {
     CAN_FAULT_STUCK = 4u     /* a frame of the previous answer was not sent, and was cancelled */
 };
 
-extern const guard_config_t board_config;
+extern const guard_config_t board_config; /* with two channels the second one's block is behind it */
+extern const uint8_t board_config_end[];
 
 /* Initialises everything below except the CAN controller. The pin is low afterwards. Every wait is bounded: a clock
  * that does not start, or runs at another rate, leads to board_halt with the pin low, nothing sent, and the watchdog

@@ -2,15 +2,15 @@
 
 #include "board.h"
 #include "event_log.h"
-#include "guard.h"
 #include "identity.h"
 #include "log.h"
+#include "pair.h"
 #include "restarts.h"
 #include "schedule.h"
 
 #define WATCHDOG_TICKS 4u /* tick deadlines without a tick until the watchdog resets */
 
-static guard_t guard;
+static pair_t pair;
 static guard_output_t out;
 static schedule_t schedule;
 static event_log_t events;
@@ -48,7 +48,7 @@ static void tick(void) {
     static guard_output_t before;
     before = out;
     const uint64_t begin_us = clock_us();
-    guard_tick(&guard, schedule_time(&schedule, begin_us), &out);
+    pair_tick(&pair, schedule_time(&schedule, begin_us), &out);
     if (out.permitted) {
         permission_toggle();
     } else {
@@ -60,7 +60,7 @@ static void tick(void) {
     schedule_ticked(&schedule, begin_us, out.fresh);
     if (!schedule.in_lockstep) { /* in lockstep a tick takes no time */
         const uint64_t took_us = clock_us() - begin_us;
-        guard_note_tick_time(&guard, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
+        pair_note_tick_time(&pair, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
     }
 }
 
@@ -68,13 +68,13 @@ static void tick(void) {
 static void look_at_bus(void) {
     const uint32_t faults = can_faults();
     if ((faults & CAN_FAULT_OFF) != 0u) {
-        guard_trip(&guard, GUARD_REASON_BUS_OFF);
+        pair_trip(&pair, GUARD_REASON_BUS_OFF);
     }
     if ((faults & CAN_FAULT_OVERFLOW) != 0u) {
-        guard_trip(&guard, GUARD_REASON_RX_OVERFLOW);
+        pair_trip(&pair, GUARD_REASON_RX_OVERFLOW);
     }
     if ((faults & CAN_FAULT_STUCK) != 0u) {
-        guard_trip(&guard, GUARD_REASON_BUS_DOWN);
+        pair_trip(&pair, GUARD_REASON_BUS_DOWN);
     }
 }
 
@@ -84,24 +84,31 @@ static void take_frame(const can_frame_t *frame) {
     while (schedule_owes_tick(&schedule)) {
         tick();
     }
-    guard_receive(&guard, frame, schedule_time(&schedule, now_us));
-    if (schedule_complete(&schedule, guard_cycle_complete(&guard))) {
+    pair_receive(&pair, frame, schedule_time(&schedule, now_us));
+    if (schedule_complete(&schedule, pair_cycle_complete(&pair))) {
         tick();
     }
 }
 
+/* NULL: one channel. */
+static const void *second_block(void) {
+    const uintptr_t second = (uintptr_t)&board_config + sizeof(guard_config_t);
+    const bool there = ((uintptr_t)board_config_end - second) == sizeof(guard_config_t);
+    return there ? (const void *)second : 0;
+}
+
 static void start_guard(void) {
-    const guard_status_t status = guard_init(&guard, &board_config);
+    const guard_status_t status = pair_init(&pair, &board_config, second_block());
     const bool accepted = status == GUARD_OK;
     if (accepted) {
         const guard_start_t cause = board_start_cause();
         const uint32_t restarts = restarts_note(cause);
-        guard_note_start(&guard, cause, restarts, BOARD_VARIANT);
+        pair_note_start(&pair, cause, restarts, BOARD_VARIANT);
         log_text("start ");
         log_number((uint32_t)cause);
         log_text(" restarts ");
         log_number(restarts);
-        log_text("\n");
+        log_text(guard_is_alone(&pair.guard) ? " one channel\n" : " two channels\n");
     } else {
         log_text("configuration refused: ");
         log_number((uint32_t)status);

@@ -8,8 +8,8 @@ static void copy(num_t to[], const num_t from[], uint32_t count) {
 
 static uint32_t saturations(const tauperp_core_t *core) {
     return core->motion.saturations + core->observer.saturations + core->acceleration.saturations +
-           core->regressor.saturations + core->index.saturations + core->index.subspace.saturations +
-           core->index.soft.saturations + core->bank.saturations;
+           core->regressor.saturations + core->index.saturations + projection_saturations(&core->index.projection) +
+           core->bank.saturations;
 }
 
 void tauperp_core_init(tauperp_core_t *self) {

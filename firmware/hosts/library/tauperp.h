@@ -7,6 +7,9 @@
 #include "event_log.h"
 #include "guard.h"
 #include "jacobi.h"
+#ifndef TAUPERP_FIXED
+#include "pair.h"
+#endif
 #include "robot.h"
 #include "robot_side.h"
 #include "schedule.h"

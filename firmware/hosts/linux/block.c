@@ -48,16 +48,17 @@ static bool is_for(const guard_config_t *block, const char *path, const char *ro
     return false;
 }
 
-const guard_config_t *block_load(const char *path, const char *robot) {
+const guard_config_t *block_load(const char *path, const char *robot, const void **second) {
     const size_t size = sizeof(guard_config_t);
+    const size_t most = 2u * size;
     const int file = open(path, O_RDONLY | O_CLOEXEC);
     if (file < 0) {
         complain("%s: %s", path, strerror(errno));
         return NULL;
     }
-    /* One byte more than a block, to detect a file that is too long. */
-    void *const memory = mmap(NULL, size + 1u, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    const ssize_t length = (memory == MAP_FAILED) ? -1 : read_all(file, memory, size + 1u);
+    /* One byte more than two blocks, to detect a file that is too long. */
+    void *const memory = mmap(NULL, most + 1u, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    const ssize_t length = (memory == MAP_FAILED) ? -1 : read_all(file, memory, most + 1u);
     const int reason = errno;
     (void)close(file);
     if (length < 0) {
@@ -69,18 +70,19 @@ const guard_config_t *block_load(const char *path, const char *robot) {
         complain("%s: %s", path, block_problem(GUARD_BAD_MAGIC));
         return NULL;
     }
-    if ((size_t)length != size) {
-        complain("%s: %s%zd bytes, a configuration block of this firmware has %zu", path,
-                 ((size_t)length > size) ? "more than " : "", ((size_t)length > size) ? length - 1 : length, size);
+    if (((size_t)length != size) && ((size_t)length != most)) {
+        complain("%s: %s%zd bytes, a configuration block of this firmware has %zu, two channels have two of them", path,
+                 ((size_t)length > most) ? "more than " : "", ((size_t)length > most) ? length - 1 : length, size);
         return NULL;
     }
     if (!is_for(block, path, robot)) {
         return NULL;
     }
-    if (mprotect(memory, size + 1u, PROT_READ) != 0) {
+    if (mprotect(memory, most + 1u, PROT_READ) != 0) {
         complain("%s: %s", path, strerror(errno));
         return NULL;
     }
+    *second = ((size_t)length == most) ? (const void *)&block[1] : NULL;
     return block;
 }
 
@@ -122,6 +124,8 @@ const char *block_problem(guard_status_t status) {
         return "a channel's gain is not 1, or no channel of a task detects a constant force";
     case GUARD_TOO_SLOW:
         return "the worst-case reaction time is too long";
+    case GUARD_BAD_PAIR:
+        return "its two blocks are of different installations";
     case GUARD_STATUS_NONE:
     case GUARD_OK:
     default:

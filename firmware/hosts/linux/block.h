@@ -4,9 +4,10 @@
 
 #include "config.h"
 
-/* NULL, after one line on stderr, if the file cannot be read, has another length than a block, or is for another robot
- * than `robot`. guard_init checks the content. */
-const guard_config_t *block_load(const char *path, const char *robot);
+/* A file has one block, or that of the second channel behind it: `second`, else NULL. Returns NULL, after one line on
+ * stderr, if the file cannot be read, has another length, or is for another robot than `robot`. pair_init checks the
+ * content. */
+const guard_config_t *block_load(const char *path, const char *robot, const void **second);
 
 /* The reason why guard_init refused the block, as text. */
 const char *block_problem(guard_status_t status);

@@ -116,7 +116,8 @@ static void find_out(journal_t *self) {
     }
 }
 
-void journal_start(journal_t *self, const options_t *options, const guard_config_t *block, journal_denied_t denied) {
+void journal_start(journal_t *self, const options_t *options, const guard_config_t *block, uint32_t channels,
+                   journal_denied_t denied) {
     *self = (journal_t){.json = options->json, .verbose = options->verbose};
     find_out(self);
     const bool fd = block->format == (uint32_t)FORMAT_FD;
@@ -130,6 +131,7 @@ void journal_start(journal_t *self, const options_t *options, const guard_config
         add_number(&line, "joints", block->robot.joint_count);
         add_number(&line, "period_us", block->period_us);
         add_string(&line, "format", fd ? "fd" : "classic");
+        add_number(&line, "channels", channels);
         add(&line, ",\"lockstep\":%s", options->lockstep ? "true" : "false");
         add(&line, ",\"realtime\":%s", ((options->priority > 0) && (denied.priority == NULL)) ? "true" : "false");
         add(&line, ",\"locked\":%s", (denied.locking == NULL) ? "true" : "false");
@@ -139,6 +141,7 @@ void journal_start(journal_t *self, const options_t *options, const guard_config
             TAUPERP_VERSION_MAJOR, TAUPERP_VERSION_MINOR, TAUPERP_VERSION_PATCH, block->crc, PROTOCOL_WIRE_CRC,
             options->robot, block->robot.joint_count, options->channel, fd ? "CAN FD" : "classic CAN",
             block->period_us);
+        add(&line, (channels == 2u) ? ", two channels" : ", one channel");
         if (options->lockstep) {
             add(&line, ", in lockstep");
         } else if (denied.priority != NULL) {

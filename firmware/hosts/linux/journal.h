@@ -40,7 +40,8 @@ typedef struct {
     const char *locking;
 } journal_denied_t;
 
-void journal_start(journal_t *self, const options_t *options, const guard_config_t *block, journal_denied_t denied);
+void journal_start(journal_t *self, const options_t *options, const guard_config_t *block, uint32_t channels,
+                   journal_denied_t denied);
 
 /* Writes a change of state or reason. */
 void journal_state(journal_t *self, uint64_t now_us, const guard_output_t *out);

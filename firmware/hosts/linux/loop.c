@@ -42,7 +42,7 @@ static uint64_t journal_time(const loop_t *self, uint64_t now_us) {
 
 /* Passed on in every state, also before the first tick: the guard decides on the consequence. */
 static void withdraw(loop_t *self, guard_reason_t reason) {
-    guard_trip(&self->guard, reason);
+    pair_trip(&self->pair, reason);
     self->urgent = self->urgent || self->out.permitted;
 }
 
@@ -150,11 +150,11 @@ static uint64_t tick(loop_t *self) {
     const guard_output_t before = self->out;
     const uint64_t monotonic_us = clock_monotonic_us();
     const uint64_t now_us = schedule_time(&self->schedule, clock_now(&self->clock, monotonic_us));
-    guard_tick(&self->guard, now_us, &self->out);
+    pair_tick(&self->pair, now_us, &self->out);
     const uint64_t done_us = clock_monotonic_us();
     if (!self->schedule.in_lockstep) { /* in lockstep a tick takes no time */
         const uint64_t took_us = done_us - monotonic_us;
-        guard_note_tick_time(&self->guard, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
+        pair_note_tick_time(&self->pair, (took_us < UINT32_MAX) ? (uint32_t)took_us : UINT32_MAX);
     }
     send_answer(self, now_us);
     schedule_ticked(&self->schedule, monotonic_us, self->out.fresh);
@@ -192,8 +192,8 @@ static void take_frame(loop_t *self, const can_frame_t *frame, uint64_t frame_us
     while (schedule_owes_tick(&self->schedule)) {
         timer_tick(self);
     }
-    guard_receive(&self->guard, frame, schedule_time(&self->schedule, frame_us));
-    if (schedule_complete(&self->schedule, guard_cycle_complete(&self->guard))) {
+    pair_receive(&self->pair, frame, schedule_time(&self->schedule, frame_us));
+    if (schedule_complete(&self->schedule, pair_cycle_complete(&self->pair))) {
         const uint64_t ready_us = tick(self);
         histogram_add(&self->counts.work, ready_us - read_us);
         histogram_add(&self->counts.response, clock_monotonic_us() - frame_us);
@@ -249,8 +249,8 @@ static void act_at_once(loop_t *self) {
 static void tell_counts(loop_t *self, uint64_t *last_us) {
     if (self->journal.verbose && (self->clock.latest_us >= (*last_us + US_PER_S))) {
         *last_us = self->clock.latest_us;
-        journal_counts(&self->journal, journal_time(self, self->clock.latest_us), &self->counts, &self->guard.counters,
-                       false);
+        journal_counts(&self->journal, journal_time(self, self->clock.latest_us), &self->counts,
+                       &self->pair.guard.counters, false);
     }
 }
 
@@ -310,9 +310,9 @@ static bool turn(loop_t *self, const struct epoll_event *events, int count) {
 }
 
 static void last_words(loop_t *self) {
-    guard_trip(&self->guard, GUARD_REASON_SHUTDOWN);
+    pair_trip(&self->pair, GUARD_REASON_SHUTDOWN);
     (void)tick(self);
-    journal_counts(&self->journal, journal_time(self, self->clock.latest_us), &self->counts, &self->guard.counters,
+    journal_counts(&self->journal, journal_time(self, self->clock.latest_us), &self->counts, &self->pair.guard.counters,
                    true);
 }
 

@@ -16,14 +16,14 @@
 #include "bus.h"
 #include "clock.h"
 #include "event_log.h"
-#include "guard.h"
 #include "journal.h"
+#include "pair.h"
 #include "schedule.h"
 
 typedef struct {
     const guard_config_t *config;
-    guard_t guard; /* initialised */
-    bus_t bus;     /* open */
+    pair_t pair; /* initialised */
+    bus_t bus;   /* open */
     journal_t journal;
     bool in_lockstep;
 

@@ -57,11 +57,12 @@ int main(int argc, char **argv) {
     if (asked != OPTIONS_OK) {
         return (asked == OPTIONS_DONE) ? EXIT_ENDED : EXIT_BAD_INPUT;
     }
-    loop.config = block_load(options.config, options.robot);
+    const void *second = NULL;
+    loop.config = block_load(options.config, options.robot, &second);
     if (loop.config == NULL) {
         return EXIT_BAD_INPUT;
     }
-    const guard_status_t status = guard_init(&loop.guard, loop.config);
+    const guard_status_t status = pair_init(&loop.pair, loop.config, second);
     if (status != GUARD_OK) {
         complain("%s: %s", options.config, block_problem(status));
         return EXIT_BAD_INPUT;
@@ -70,11 +71,12 @@ int main(int argc, char **argv) {
         return EXIT_BAD_INPUT;
     }
     const restarts_t restarts = restarts_note();
-    guard_note_start(&loop.guard, restarts.cause, restarts.count,
-                     options.lockstep ? GUARD_VARIANT_LOCKSTEP : GUARD_VARIANT_PRODUCT);
+    pair_note_start(&loop.pair, restarts.cause, restarts.count,
+                    options.lockstep ? GUARD_VARIANT_LOCKSTEP : GUARD_VARIANT_PRODUCT);
     loop.in_lockstep = options.lockstep;
     loop_hold_signals();
-    journal_start(&loop.journal, &options, loop.config, ask_for_real_time(options.priority));
+    journal_start(&loop.journal, &options, loop.config, (second == NULL) ? 1u : 2u,
+                  ask_for_real_time(options.priority));
     if (!loop_run(&loop)) {
         return EXIT_CANNOT;
     }

@@ -112,7 +112,7 @@ void tauperp_guard_status_pack(uint8_t data[8], const struct tauperp_guard_statu
     case 7u:
         data[2] = (uint8_t)(((uint32_t)message->start_cause & 0x0Fu) | (((uint32_t)message->variant & 0x0Fu) << 4u));
         data[3] = (uint8_t)(((uint32_t)message->restarts & 0xFFu));
-        data[4] = (uint8_t)(((uint32_t)message->channel & 0x0Fu));
+        data[4] = (uint8_t)(((uint32_t)message->channel & 0x0Fu) | (((uint32_t)message->channels & 0x0Fu) << 4u));
         break;
     default: /* nothing else */
         break;

@@ -47,6 +47,9 @@
 #define TAUPERP_GUARD_STATUS_FORMAT_UNINITIALISED_CHOICE 0u
 #define TAUPERP_GUARD_STATUS_FORMAT_CLASSIC_CHOICE 1u
 #define TAUPERP_GUARD_STATUS_FORMAT_FD_CHOICE 2u
+#define TAUPERP_GUARD_STATUS_CHANNELS_UNINITIALISED_CHOICE 0u
+#define TAUPERP_GUARD_STATUS_CHANNELS_ONE_CHOICE 1u
+#define TAUPERP_GUARD_STATUS_CHANNELS_TWO_CHOICE 2u
 
 struct tauperp_stop_command_t {
     uint8_t crc;
@@ -118,6 +121,7 @@ struct tauperp_guard_status_t {
     uint8_t wire_version;
     uint16_t worst_tick_time;
     uint8_t channel;
+    uint8_t channels;
     uint8_t config_schema;
     uint16_t tick_time;
     uint16_t lost_frames;

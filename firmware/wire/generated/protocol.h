@@ -11,7 +11,7 @@
 #include "e2e.h"
 
 #define PROTOCOL_WIRE_VERSION 2u
-#define PROTOCOL_WIRE_CRC 0xA74B4D45u /* CRC-32 of what the DBC means */
+#define PROTOCOL_WIRE_CRC 0xF7E8D026u /* CRC-32 of what the DBC means */
 
 typedef enum {
     PROTOCOL_KIND_NONE = 0,

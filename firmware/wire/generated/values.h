@@ -72,10 +72,11 @@ typedef enum {
     GUARD_REASON_EXPLAINED_FORCE = 38,
     GUARD_REASON_EXPLAINED_MOMENT = 39,
     GUARD_REASON_RESIDUAL_LIMIT = 40,
-    GUARD_REASON_SUDDEN = 41
+    GUARD_REASON_SUDDEN = 41,
+    GUARD_REASON_CHANNELS_DISAGREE = 42
 } guard_reason_t;
 
-#define GUARD_REASON_COUNT 42u
+#define GUARD_REASON_COUNT 43u
 
 /* Why the guard started: GuardStatus.StartCause. */
 typedef enum {

@@ -12,7 +12,8 @@ from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 REACTION_WARNING_MS = 200
 
 HELP = """Check the TOML file of one installation and make the guard's configuration block from it. The block holds the
-robot table, thresholds, gains, timing and stop categories, with a CRC-32. Without -o it only checks."""
+robot table, thresholds, gains, timing and stop categories, with a CRC-32. Without -o it only checks. A binary
+file has two blocks, in float32 and in Q9.22, for the guard's two channels. With --numeric, or as C, it has one."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_robot_arguments(parser, "the file's")
     parser.add_argument(
-        "--numeric", choices=list(NUMERICS), default="float32", help="number type of the firmware (default: float32)"
+        "--numeric", choices=list(NUMERICS), help="one channel of this number type (default: two channels; C: float32)"
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")
 
@@ -30,10 +31,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     configuration = load_configuration(args.file, robot=args.robot, chain=chain_of(args))
     say_warnings(configuration.robot)
-    block = configuration.block(args.numeric)
+    numeric: Numeric = args.numeric or "float32"
+    block = configuration.block(numeric)
+    as_c = bool(args.output) and args.output.endswith(".c")
+    second = b"" if args.numeric or as_c else configuration.block("q9.22")
     if args.output:
-        write_atomically(args.output, _c_source(configuration, block) if args.output.endswith(".c") else block)
-    summary = _summary(configuration, args.numeric, block)
+        write_atomically(args.output, _c_source(configuration, block) if as_c else block + second)
+    summary = _summary(configuration, numeric, block, second)
     print(json.dumps(summary, indent=2) if args.json else _table(summary))
     return 0
 
@@ -59,12 +63,13 @@ def _c_source(configuration: Configuration, block: bytes) -> str:
     )
 
 
-def _summary(configuration: Configuration, numeric: Numeric, block: bytes) -> dict[str, Any]:
+def _summary(configuration: Configuration, numeric: Numeric, block: bytes, second: bytes) -> dict[str, Any]:
     settings = configuration.settings
     return {
         "configuration": configuration.source,
         "crc": f"{configuration.crc(numeric):08x}",
-        "bytes": len(block),
+        "bytes": len(block + second),
+        "channels": 2 if second else 1,
         "reaction_ms": round(reaction_us(block) / 1000, 1),
         "numeric": numeric,
         "wire_crc": f"{configuration.wire.crc:08x}",
@@ -107,6 +112,7 @@ def _table(summary: dict[str, Any]) -> str:
     slow = summary["reaction_ms"] > REACTION_WARNING_MS
     lines.append(reaction + (f": longer than {REACTION_WARNING_MS} ms, a person may be hurt by then" if slow else ""))
     lines.append(
-        f"block {summary['crc']}, {summary['bytes']} bytes, {summary['numeric']}, for wire {summary['wire_crc']}"
+        f"block {summary['crc']}, {summary['bytes']} bytes, "
+        f"{'two channels' if summary['channels'] == 2 else summary['numeric']}, for wire {summary['wire_crc']}"
     )
     return "\n".join(lines)

@@ -29,6 +29,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("config", metavar="CONFIG", nargs="?", default="default", help="TOML file or shipped preset")
     add_robot_arguments(parser, "the configuration's")
     parser.add_argument("--lockstep", action="store_true", help="guard time is bus time (for simulated robots)")
+    parser.add_argument(
+        "--channels", type=int, choices=(1, 2), default=2, help="independent computations that must agree (default: 2)"
+    )
     parser.add_argument("--priority", metavar="N", help="SCHED_FIFO priority, 0: none (SocketCAN only)")
     parser.add_argument(
         "--verbose", action="store_true", help="also print a line of counters per second (SocketCAN only)"
@@ -51,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         if getattr(args, option):
             raise InputError(f"--{option} needs the native process: --interface {NATIVE}")
     with open_bus(args, fd=configuration.settings.wire.format == "fd") as bus:
-        _Node(bus, configuration, args.json, args.lockstep, args.events).run()
+        _Node(bus, configuration, args.channels, args.json, args.lockstep, args.events).run()
     return 0
 
 
@@ -77,7 +80,7 @@ def _become_native(args: argparse.Namespace, configuration: Configuration) -> No
     if args.events is not None:
         _listen_for_events(channel, configuration, args.events)
     memory = os.memfd_create("block", 0)  # without close-on-exec: the program reads it
-    os.write(memory, configuration.block())
+    os.write(memory, configuration.block() + (configuration.second_block(args.channels) or b""))
     command = [str(program), "--channel", channel, "--robot", configuration.robot.name]
     command += ["--config", f"/proc/self/fd/{memory}"]
     command += [f"--{option}" for option in ("lockstep", "verbose", "json") if getattr(args, option)]
@@ -111,11 +114,23 @@ class _Node:
     """The library's guard by this machine's monotonic clock; firmware/schedule says when to tick."""
 
     def __init__(
-        self, bus: can.BusABC, configuration: Configuration, as_json: bool, in_lockstep: bool, events: str | None
+        self,
+        bus: can.BusABC,
+        configuration: Configuration,
+        channels: int,
+        as_json: bool,
+        in_lockstep: bool,
+        events: str | None,
     ) -> None:
         self._bus = bus
         variant = Variant.LOCKSTEP if in_lockstep else Variant.PRODUCT
-        self._guard = Guard(configuration.block(), start=Start.COMMANDED, variant=variant, with_events=not in_lockstep)
+        self._guard = Guard(
+            configuration.block(),
+            start=Start.COMMANDED,
+            variant=variant,
+            with_events=not in_lockstep,
+            second=configuration.second_block(channels),
+        )
         self._events = None if events is None else EventFolder(configuration.wire, events)
         self._schedule = Schedule(self._guard, in_lockstep=in_lockstep, now_us=_now_us())
         self._configuration = configuration

@@ -283,6 +283,10 @@ class Configuration:
         self._blocks[numeric] = block
         return block
 
+    def second_block(self, channels: int) -> bytes | None:
+        """The block of the second of two channels; None for a guard of one."""
+        return self.block("q9.22") if channels == 2 else None
+
     def crc(self, numeric: Numeric = "float32") -> int:
         """The CRC-32 inside the block. Reports identify the configuration by it."""
         return block_crc(self.block(numeric))

@@ -36,6 +36,7 @@ _REFUSALS = {
     17: "a limit on what a task explains is outside its bounds",
     18: "a channel's gain is not 1, or no channel of a task detects a constant force",
     19: "its worst-case reaction time is too long",
+    20: "the blocks of the two channels are of different installations",
 }  # guard_status_t, from GUARD_BAD_MAGIC on
 _GUARD_OK = 1
 
@@ -72,6 +73,7 @@ class Guard:
 
     start, restarts   cause of the start, and number of unexpected restarts (guard_note_start)
     with_events       append the event recorder's frames to the guard's own (event_log.h)
+    second            the same installation's block in Q9.22, for a second channel; the first is in float32 (pair.h)
 
     Raises InputError, with the firmware's reason, if the firmware refuses the block.
     """
@@ -84,12 +86,22 @@ class Guard:
         restarts: int = 0,
         variant: Variant = Variant.LOCKSTEP,
         with_events: bool = False,
+        second: bytes | None = None,
     ) -> None:
         library = load_library(_numeric_of(block))
         self.library = library
         self._lib = library.lib
         self._config = library.load_block(block)  # the firmware keeps a pointer to it
-        self._guard = library.new("guard_t *")
+        self.channels = 1 if second is None else 2
+        if second is None:
+            self._state = self._guard = library.new("guard_t *")
+        elif library.numeric == "float32":
+            self._state = library.new("pair_t *")
+            self._guard = self._state.guard
+        else:
+            raise InputError("configuration block: the first of two channels is in float32")
+        # Aligned as the firmware wants it, and kept: the firmware keeps a pointer to it.
+        self._second_block = None if second is None else library.ffi.new("uint64_t[]", (len(second) + 7) // 8)
         self._frame = library.new("can_frame_t *")
         self._frame_data = library.ffi.buffer(self._frame.data)
         self._output = library.new("guard_output_t *")
@@ -98,13 +110,25 @@ class Guard:
         self._threshold = library.view(self._output.threshold)
         self._scale = 1.0 if library.numeric == "float32" else 2.0**-22
         self.n = int(self._config.robot.joint_count)
-        status = int(self._lib.guard_init(self._guard, self._config))
+        status = self._init(second)
         if status != _GUARD_OK:
             raise InputError(f"configuration block: {_REFUSALS.get(status, f'refused with status {status}')}")
-        self._lib.guard_note_start(self._guard, int(start), restarts, int(variant))
+        self._call("note_start", int(start), restarts, int(variant))
         self._events = self.library.new("event_log_t *") if with_events else None
         if self._events is not None:
             self._lib.event_log_init(self._events, self._config)
+
+    def _init(self, second: bytes | None) -> int:
+        if second is None:
+            return int(self._lib.guard_init(self._guard, self._config))
+        if len(second) != self.library.ffi.sizeof("guard_config_t"):
+            raise InputError(f"configuration block of the second channel: {len(second)} bytes")
+        self.library.ffi.memmove(self._second_block, second, len(second))
+        return int(self._lib.pair_init(self._state, self._config, self._second_block))
+
+    def _call(self, name: str, *arguments: Any) -> Any:
+        """The function of guard.h, or with two channels that of pair.h."""
+        return getattr(self._lib, f"{'guard' if self.channels == 1 else 'pair'}_{name}")(self._state, *arguments)
 
     def __repr__(self) -> str:
         state, trips = State(self._output.state).name, self._output.trip_number
@@ -128,7 +152,7 @@ class Guard:
     def receive(self, message: can.Message, now_us: int) -> None:
         """Process one received frame. Error frames are ignored, as a real CAN controller does."""
         if not message.is_error_frame:
-            self._lib.guard_receive(self._guard, self.frame_of(message), now_us)
+            self._call("receive", self.frame_of(message), now_us)
 
     def frame_of(self, message: can.Message) -> Any:
         """The frame as a can_frame_t, always at the same place in memory: valid until the next call."""
@@ -146,12 +170,12 @@ class Guard:
 
     def cycle_complete(self) -> bool:
         """Whether every joint's reading of the newest Sync's cycle was received and no tick has used it yet."""
-        return bool(self._lib.guard_cycle_complete(self._guard))
+        return bool(self._call("cycle_complete"))
 
     def tick(self, now_us: int) -> Verdict:
         """Make one tick. Costs about 20 us in Python, of which the firmware takes a few."""
         output, n, scale = self._output, self.n, self._scale
-        self._lib.guard_tick(self._guard, now_us, output)
+        self._call("tick", now_us, output)
         frames = [self._message(output.frame[i], now_us) for i in range(output.frame_count)]
         if self._events is not None:
             self._lib.event_log_note(self._events, output)
@@ -180,11 +204,11 @@ class Guard:
 
     def note_tick_time(self, tick_us: int) -> None:
         """Duration of the last tick. Above the budget the next tick is FAULT."""
-        self._lib.guard_note_tick_time(self._guard, tick_us)
+        self._call("note_tick_time", tick_us)
 
     def trip(self, reason: Reason) -> None:
         """Report a fault that only the board can see, such as Reason.BUS_OFF."""
-        self._lib.guard_trip(self._guard, int(reason))
+        self._call("trip", int(reason))
 
     def _message(self, frame: Any, now_us: int) -> can.Message:
         flags = frame.flags

@@ -88,6 +88,7 @@ def masked_signals(origin: Origin, build: tuple[int, int] | None) -> dict[str, s
     masked = dict.fromkeys(_BUILD, "another build of the firmware") if build and origin.build != build else {}
     if origin.joined:
         masked |= dict.fromkeys(_SINCE_START, "counted since a start that is not in the log")
+        masked |= {"Channels": "one channel is compared"} if origin.channels == 2 else {}
     if not origin.lockstep:
         masked |= dict.fromkeys(_REAL_TIME, "measured by a clock that is not in the log")
     return masked
@@ -110,7 +111,9 @@ class Comparison:
         self.first: Difference | None = None
         self.trips: list[LoggedTrip] = []
         self.verdict: Verdict | None = None  # of the newest tick
-        self._guard = Guard(configuration.block(origin.numeric))
+        # A guard of two channels that starts within a run cannot be told of the reset before: one channel is compared.
+        second = None if origin.joined else configuration.second_block(origin.channels)
+        self._guard = Guard(configuration.block(origin.numeric), second=second)
         self._period_us = configuration.period_us
         wire = configuration.wire
         self._messages = {wire.message(name).id: wire.message(name) for name in GUARD_MESSAGES}

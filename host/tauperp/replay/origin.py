@@ -45,6 +45,7 @@ class Origin:
 
     config_crc: int | None
     numeric: Numeric
+    channels: int  # 1 or 2
     build: tuple[int, int] | None  # FirmwareVersion, BuildId
     lockstep: bool  # its time was the bus's: no tick ever took any
     joined: bool  # it had heard the robot before the log begins
@@ -88,6 +89,7 @@ def look_ahead(frames: Iterator[can.Message], wire: Wire, path: Path) -> tuple[l
     return taken, Origin(
         config_crc=value(5, "ConfigCrc"),
         numeric=numeric,
+        channels=value(7, "Channels") or 1,
         build=None if version is None or build is None else (version, build),
         lockstep=not (value(0, "TickTime") or value(6, "WorstTickTime")),
         joined=joined,
