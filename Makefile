@@ -52,18 +52,14 @@ test: venv library library-fixed kernel ## every check this machine can run; the
 	@if [ "$$(id -u)" = 0 ]; then for tool in can cbmc clang clang19 osmesa arm qemu valgrind; do tools/toolbox $$tool || true; done; fi
 	@tools/build -k $(PREPARED) $$(tools/toolbox arm 2>/dev/null && echo $(IMAGES)) >build/prepare.log 2>&1 || true
 	@$(PYTEST) --junitxml=build/results/test.xml
-quick: venv library library-fixed kernel ## the tests that need no privileges, no network and less than a minute
-	@$(PYTEST) -m quick
-host-test: venv library library-fixed kernel ## tests of the host package, and of the firmware through it
-	@$(PYTEST) tests/host
-unit: venv ## unit tests of the firmware (Unity, under sanitizers)
-	@$(PYTEST) tests/unit
-bus-test: venv library library-fixed ## tests on a real vcan0 (this kernel's or User-Mode Linux's)
-	@$(PYTEST) -m bus
-test-target: venv library library-fixed ## tests of the firmware on emulated controllers (QEMU)
-	@$(PYTEST) -m target
-lint: venv ## strict builds by gcc and clang, formatting, ruff, mypy
-	@$(PYTEST) tests/gates -k lint
+quick: SELECT = -m quick ## the tests that need no privileges, no network and less than a minute
+host-test: SELECT = tests/host ## tests of the host package, and of the firmware through it
+unit: SELECT = tests/unit ## unit tests of the firmware (Unity, under sanitizers)
+bus-test: SELECT = -m bus ## tests on a real vcan0 (this kernel's or User-Mode Linux's)
+test-target: SELECT = -m target ## tests of the firmware on emulated controllers (QEMU)
+lint: SELECT = tests/gates -k lint ## strict builds by gcc and clang, formatting, ruff, mypy
+quick host-test unit bus-test test-target lint: venv library library-fixed kernel
+	@$(PYTEST) $(SELECT)
 format: ## format C and Python in place
 generate: ## write the generated C (DBC codec, robot tables, names)
 generate-check: ## are the committed generated files current?
