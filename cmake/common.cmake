@@ -5,8 +5,8 @@ set(definition_float "")
 set(definition_fixed TAUPERP_FIXED=1 TAUPERP_CHANNELS=1) # a build in Q9.22 has no second channel
 set(STRICT -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror)
 list(APPEND TAUPERP_INCLUDES "${TAUPERP_FIRMWARE}/pair")
-list(APPEND TAUPERP_INCLUDES "${TAUPERP_FIRMWARE}/robots") # tables for tests, behind the portable rooms
-file(GLOB robot_sources CONFIGURE_DEPENDS "${TAUPERP_FIRMWARE}/robots/*.c")
+list(APPEND TAUPERP_INCLUDES "${PROJECT_SOURCE_DIR}/tests/robots") # tables that tests read
+file(GLOB robot_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/robots/*.c")
 file(GLOB unit_tests CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/unit/test_*.c")
 tauperp_identified("${TAUPERP_FIRMWARE}/guard/guard_report.c")
 

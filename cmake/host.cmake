@@ -43,7 +43,7 @@ endfunction()
 # The shared library of one numeric type, its declarations, and the kernel.
 function(tauperp_library numeric)
     set(folder "${TAUPERP_OUTPUT}${folder_${numeric}}")
-    tauperp_object_library(library-objects-${numeric} host-${numeric} ${TAUPERP_SOURCES} ${robot_sources} ${library_sources}
+    tauperp_object_library(library-objects-${numeric} host-${numeric} ${TAUPERP_SOURCES} ${library_sources}
         ${pair_source})
     set_target_properties(library-objects-${numeric} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_include_directories(library-objects-${numeric} PRIVATE ${library_includes})

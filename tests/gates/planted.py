@@ -78,7 +78,7 @@ PLANTS = [
     ),
     Plant(
         "tests/gates/test_gates.py::test_generated_files_are_current[robot2c]",
-        "firmware/robots/robot_panda.c",
+        "tests/robots/robot_panda.c",
         "",
         "\n/* by hand */\n",
         r"robot_panda\.c",

@@ -18,10 +18,9 @@ LAYERS = {  # room: the rooms whose headers it may include besides its own
     "pair": ("core", "wire", "guard"),
     "schedule": ("core", "wire", "guard"),
     "robot_side": ("wire",),
-    "robots": ("core",),
     "api": ("core", "wire", "guard", "schedule"),
-    "boards": ("core", "wire", "guard", "pair", "schedule", "robots"),
-    "hosts": ("core", "wire", "guard", "pair", "schedule", "robot_side", "robots"),
+    "boards": ("core", "wire", "guard", "pair", "schedule"),
+    "hosts": ("core", "wire", "guard", "pair", "schedule", "robot_side"),
     "examples": ("api", "robot_side", "wire"),
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)

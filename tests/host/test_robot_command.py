@@ -127,8 +127,8 @@ def test_the_committed_tables_and_descriptions_are_current() -> None:
 def test_a_changed_missing_or_stray_table_is_found(tmp_path: Path) -> None:
     """On a copy: the same tool with a package whose repository is elsewhere."""
     shutil.copytree(ROOT / "host" / "tauperp", tmp_path / "host" / "tauperp")
-    shutil.copytree(ROOT / "firmware" / "robots", tmp_path / "firmware" / "robots")
-    tables = tmp_path / "firmware" / "robots"
+    shutil.copytree(ROOT / "tests" / "robots", tmp_path / "tests" / "robots")
+    tables = tmp_path / "tests" / "robots"
     panda = tables / "robot_panda.c"
     panda.write_text(panda.read_text().replace("NUM(-9.81)", "NUM(-9.82)"))
     (tables / "robot_ku_dex.c").unlink()
@@ -136,9 +136,9 @@ def test_a_changed_missing_or_stray_table_is_found(tmp_path: Path) -> None:
     result = robot2c("--check", root=tmp_path)
     assert result.returncode == 1
     for line in (
-        "firmware/robots/robot_panda.c is not current",
-        "firmware/robots/robot_ku_dex.c is not current",
-        "firmware/robots/robot_old.c is no shipped robot's",
+        "tests/robots/robot_panda.c is not current",
+        "tests/robots/robot_ku_dex.c is not current",
+        "tests/robots/robot_old.c is no shipped robot's",
     ):
         assert line in result.stderr
     assert "iiwa7.c" not in result.stderr

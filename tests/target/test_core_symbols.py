@@ -10,7 +10,7 @@ import pytest
 from checkout import ROOT, make
 
 pytestmark = pytest.mark.needs("arm")
-ROOMS = ("core", "wire", "wire/generated", "guard", "schedule", "robots")
+ROOMS = ("core", "wire", "wire/generated", "guard", "schedule")
 TARGETS = ("m3", "m4f", "m7", "r5f")
 MEMORY = {"memset", "memcpy"}
 INTEGERS = {"__aeabi_uldivmod", "__aeabi_ldivmod"}

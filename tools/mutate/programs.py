@@ -13,8 +13,16 @@ BUILD = ROOT / "build" / "mutants"
 TREE = BUILD / "tree"
 FIRMWARE = ROOT / "firmware"
 MUTATED = ("core", "wire", "guard", "schedule")
-INCLUDED = (*MUTATED, "wire/generated", "robots", "robot_side", "hosts/library")
-FLAGS = ["-std=c11", "-O1", "-w", "-ffp-contract=off", "-fno-math-errno", "-DTAUPERP_BUILD_ID=0u"]
+INCLUDED = (*MUTATED, "wire/generated", "pair", "robot_side", "hosts/library")
+FLAGS = [
+    "-std=c11",
+    "-O1",
+    "-w",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-DTAUPERP_BUILD_ID=0u",
+    "-DTAUPERP_CHANNELS=1",
+]
 NUMERICS: dict[str, list[str]] = {"float": [], "fixed": ["-DTAUPERP_FIXED=1"]}
 OTHERS = ("test_board_", "test_fdcan", "test_linux_")  # their subject is no mutated source
 JOBS = 2
@@ -43,7 +51,7 @@ def instrument() -> list[Mutant]:
     files = [file for room in MUTATED for file in sorted((FIRMWARE / room).glob("*.[ch]"))]
     schemata = Schemata(numeric_macros([*files, *sorted((FIRMWARE / "wire" / "generated").glob("*.h"))]))
     texts = {file: schemata.instrument(str(file.relative_to(FIRMWARE)), file.read_text()) for file in files}
-    for folder in (FIRMWARE, ROOT / "tests" / "unit"):
+    for folder in (FIRMWARE, *(ROOT / "tests" / name for name in ("unit", "robots"))):
         for file in [file for file in folder.rglob("*.[chS]") if file.is_file()]:
             put(TREE / file.relative_to(ROOT), texts.get(file) or file.read_text())
     put(TREE / "mutant_count.h", f"#define MUTANT_COUNT {len(schemata.mutants)}\n")
@@ -69,7 +77,15 @@ class Programs:
     def flags(self, record: bool) -> list[object]:
         rooms = [f"-I{TREE / 'firmware' / room}" for room in INCLUDED]
         more = ["-DMUTANT_RECORD"] if record else []
-        own = [f"-I{TREE}", f"-I{HERE}", "-isystem", self.unity, "-include", HERE / "mutant.h"]
+        own = [
+            f"-I{TREE}",
+            f"-I{TREE / 'tests' / 'robots'}",
+            f"-I{HERE}",
+            "-isystem",
+            self.unity,
+            "-include",
+            HERE / "mutant.h",
+        ]
         return [*FLAGS, *NUMERICS[self.numeric], *more, *rooms, *own]
 
     def built(self, record: bool) -> dict[str, Path]:
@@ -77,7 +93,8 @@ class Programs:
         folder = BUILD / f"{self.numeric}{'-record' if record else ''}"
         (folder / "object").mkdir(parents=True, exist_ok=True)
         sources = [file for room in INCLUDED for file in sorted((TREE / "firmware" / room).glob("*.c"))]
-        sources += [HERE / "mutant_main.c", self.unity / "unity.c"]
+        sources.remove(TREE / "firmware" / "pair" / "second.c")  # of a build of two channels
+        sources += [*sorted((TREE / "tests" / "robots").glob("*.c")), HERE / "mutant_main.c", self.unity / "unity.c"]
         archive = folder / "firmware.a"
         headers = [*TREE.rglob("*.h"), *HERE.glob("mutant*")]
         newest = max(file.stat().st_mtime for file in headers)
