@@ -139,8 +139,10 @@ foreach(numeric IN LISTS NUMERICS)
     endif()
     tauperp_unit_programs(${numeric})
 endforeach()
-tauperp_object_library(strict-second host-second ${second_sources})
-add_dependencies(strict-float strict-second)
+if(TARGET strict-float) # where MuJoCo's headers are
+    tauperp_object_library(strict-second host-second ${second_sources})
+    add_dependencies(strict-float strict-second)
+endif()
 
 # The smallest example sees the public header, which has the name of the host library's.
 set_source_files_properties("${TAUPERP_FIRMWARE}/examples/minimal/minimal.c" PROPERTIES
