@@ -35,13 +35,18 @@ def in_uml() -> bool:
 
 @pytest.fixture(autouse=True)
 def vcan0() -> Iterator[None]:
-    """The bus in its initial state, whatever the last test did to it."""
+    """The bus in its initial state, whatever the last test did to it; and afterwards, for tests of other folders."""
+    renew_vcan0()
+    yield
+    subprocess.run(["cangw", "-F"], capture_output=True)
+    renew_vcan0()
+
+
+def renew_vcan0() -> None:
     subprocess.run(["ip", "link", "add", "vcan0", "type", "vcan"], capture_output=True)
     subprocess.run(["tc", "qdisc", "del", "dev", "vcan0", "root"], capture_output=True)
     run("ip", "link", "set", "vcan0", "down")
     run("ip", "link", "set", "vcan0", "mtu", "72", "up")
-    yield
-    subprocess.run(["cangw", "-F"], capture_output=True)
 
 
 @pytest.fixture
