@@ -6,9 +6,9 @@ whatever comes on the wire; one projection of 8 x 6 numbers on any bits at all).
 
 LIMITS = {
     ("m3", "float"): (270_000, 290_000),
-    ("m4f", "float"): (21_000, 14_500),
-    ("m7", "float"): (21_000, 14_500),
-    ("r5f", "float"): (21_000, 14_000),
+    ("m4f", "float"): (26_000, 14_500),
+    ("m7", "float"): (26_000, 14_500),
+    ("r5f", "float"): (26_000, 14_000),
     ("m3", "fixed"): (85_000, 72_000),
     ("m4f", "fixed"): (85_000, 72_000),
     ("m7", "fixed"): (85_000, 72_000),
