@@ -20,7 +20,7 @@ venv: ## install the host package and its tools into .venv, once
 demo: library venv ## simulate both experiments of the paper against the firmware; results in out/demo
 	@$(VENV)/bin/tauperp demo
 	@echo 'To have `tauperp` on the PATH: source $(VENV)/bin/activate'
-arms: library venv ## both experiments on ten published arms (one line each, half an hour; a part of it is in `make test`)
+arms: library venv ## both experiments on ten published arms (one line each, two minutes; a part of it is in `make test`)
 	@TAUPERP_ARMS=all $(VENV)/bin/python -m pytest -q -k fitted tests/host/test_public_arms.py
 figures: demo ## renew README's figures: the demo's, and with the recordings the score's
 campaign-figures: kernel ## renew README's figures of the campaign and the sensitivity (a few minutes)
