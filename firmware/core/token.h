@@ -20,7 +20,7 @@ typedef enum {
     TOKEN_REGRESSOR = 8
 } token_stage_t;
 
-/* Token of a stage from the previous stage's token and the bits of its own input. Never zero: bit 0 is set. */
+/* Token of a stage from the previous stage's token and the bits of this stage's input. Never zero: bit 0 is set. */
 static inline uint32_t token_next(uint32_t before, token_stage_t stage, uint32_t bits) {
     return ((((before ^ bits) * 2654435761u) + (uint32_t)stage) << 1) | 1u;
 }

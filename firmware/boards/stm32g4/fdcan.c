@@ -150,7 +150,7 @@ uint32_t can_faults(void) {
     }
     if ((fdcan_read(FDCAN_PSR) & PSR_BO) != 0u) {
         faults |= CAN_FAULT_OFF;
-        /* The controller entered INIT by itself; leaving it starts the recovery (44.3.2). */
+        /* The hardware has entered INIT; leaving it starts the recovery (44.3.2). */
         const uint32_t control = fdcan_read(FDCAN_CCCR);
         if ((control & CCCR_INIT) != 0u) {
             fdcan_write(FDCAN_CCCR, control & ~(uint32_t)(CCCR_INIT | CCCR_CCE));

@@ -1,4 +1,4 @@
-"""An installation as a TOML file over a preset, for what finds settings by itself."""
+"""An installation as a TOML file over a preset, for commands that find settings."""
 
 import json
 from collections.abc import Mapping
