@@ -28,7 +28,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 HOST = repository_root() / "host" / "tauperp"
 HOST_LAYERS = (  # a package or module may import those of earlier rows; those of one row do not know each other
     {"__init__", "errors"},
-    {"files", "toml", "words", "intervals", "page", "wire_values"},
+    {"files", "toml", "words", "intervals", "page", "plot", "wire_values"},
     {"robot", "wire"},
     {"bus", "robot_side"},
     {"busload"},

@@ -1,6 +1,5 @@
 """A campaign as one figure: for each task the ROC, the latencies, the links, and the heat map over link and force."""
 
-import io
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-INK, MUTED, GRID = "#22272e", "#8a939e", "#e6eaee"
+from tauperp.plot import INK, dress, png_of
+
 GUARD = "#0b8a6a"
 OTHERS = ("#c8352b", "#e07b1a", "#1f6fb2", "#7a5aa6", "#8a6d3b", "#5c6b7a", "#b04a86", "#3a9bb2")
 DPI = 130
@@ -28,20 +28,7 @@ def campaign_figure(summaries: list[dict[str, Any]], delays: dict[str, list[np.n
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=9, frameon=False)
     figure.suptitle(title, fontsize=14, color=INK, x=0.01, ha="left")
-    png = io.BytesIO()
-    figure.savefig(png, format="png", metadata={"Software": None})
-    return png.getvalue()
-
-
-def _dress(axis: Axes, title: str) -> None:
-    axis.set_title(title, fontsize=10.5, color=INK, loc="left")
-    axis.grid(color=GRID, linewidth=0.7)
-    axis.set_axisbelow(True)
-    for side in ("top", "right"):
-        axis.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axis.spines[side].set_color(MUTED)
-    axis.tick_params(colors=INK, labelsize=9)
+    return png_of(figure)
 
 
 def _colour(number: int) -> str:
@@ -49,7 +36,7 @@ def _colour(number: int) -> str:
 
 
 def _roc(axis: Axes, summary: dict[str, Any]) -> None:
-    _dress(axis, f"task {summary['task']}: found over false moves, all thresholds scaled")
+    dress(axis, f"task {summary['task']}: found over false moves, all thresholds scaled")
     for number, one in enumerate(summary["detectors"]):
         curve = one["roc"]
         width, front = (2.4, 5) if number == 0 else (1.1, 3)
@@ -73,7 +60,7 @@ def _roc(axis: Axes, summary: dict[str, Any]) -> None:
 
 
 def _latency(axis: Axes, summary: dict[str, Any], delays: list[np.ndarray]) -> None:
-    _dress(axis, "found within this time after the first force")
+    dress(axis, "found within this time after the first force")
     for number, (one, found) in enumerate(zip(summary["detectors"], delays, strict=True)):
         if one["of"] == 0:
             continue
@@ -88,7 +75,7 @@ def _latency(axis: Axes, summary: dict[str, Any], delays: list[np.ndarray]) -> N
 
 
 def _links(axis: Axes, summary: dict[str, Any]) -> None:
-    _dress(axis, "found by link, 95 % interval")
+    dress(axis, "found by link, 95 % interval")
     for place, one in enumerate(summary["by_link"]):
         rate = one["rate"] or 0.0
         axis.bar(place, 100 * rate, color="#a9d8cb", width=0.7)

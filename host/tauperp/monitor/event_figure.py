@@ -1,14 +1,13 @@
 """One recorded trip as a figure: r and the index of every joint around it, and which channel and task decided."""
 
-import io
-
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tauperp.config import TASKS
 from tauperp.monitor.events import Event
+from tauperp.plot import INK, png_of
 
-INK, STOP = "#22272e", "#b2182b"
+STOP = "#b2182b"
 
 
 def event_figure(event: Event, reason: str) -> bytes:
@@ -36,6 +35,4 @@ def event_figure(event: Event, reason: str) -> bytes:
     below.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     where = f", joint {event.joint}" if event.joint else ""
     above.set_title(f"trip {event.trip}: {reason}{where}", loc="left", fontsize=11, color=INK)
-    png = io.BytesIO()
-    figure.savefig(png, format="png", metadata={"Software": None})
-    return png.getvalue()
+    return png_of(figure)

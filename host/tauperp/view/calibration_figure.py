@@ -1,6 +1,5 @@
 """A calibration as one figure: block maxima and thresholds of each task, and the coverage of the data."""
 
-import io
 from itertools import pairwise
 
 import numpy as np
@@ -9,8 +8,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tauperp.calibrate.calibration import Calibration, TaskCalibration
+from tauperp.plot import INK, MUTED, dress, png_of
 
-INK, MUTED, GRID = "#22272e", "#8a939e", "#e6eaee"
 FITTED, HELD, LIMIT = "#9fb8cf", "#e07b1a", "#c8352b"
 DPI = 130
 REST_COLOUR = "#f3f5f7"
@@ -34,28 +33,16 @@ def calibration_figure(calibration: Calibration) -> bytes:
         x=0.01,
         ha="left",
     )
-    png = io.BytesIO()
-    figure.savefig(png, format="png", metadata={"Software": None})
-    return png.getvalue()
-
-
-def _dress(axis: Axes, title: str) -> None:
-    axis.set_title(title, fontsize=10.5, color=INK, loc="left")
-    axis.grid(axis="y", color=GRID, linewidth=0.7)
-    axis.set_axisbelow(True)
-    for side in ("top", "right"):
-        axis.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axis.spines[side].set_color(MUTED)
-    axis.tick_params(colors=INK, labelsize=9)
+    return png_of(figure)
 
 
 def _maxima(axis: Axes, task: TaskCalibration, with_legend: bool) -> None:
     low, high = task.expected_interval
-    _dress(
+    dress(
         axis,
         f"task {task.task} ({task.index}): largest |index| in each half second; expected {task.expected_per_hour:.2g} "
         f"({low:.2g}-{high:.2g}) alarms per hour, held out {task.held_alarms} in {3600 * task.held_hours:.0f} s",
+        grid="y",
     )
     rng = np.random.default_rng(0)
     channels, joints = task.threshold_nm.shape
@@ -80,7 +67,7 @@ def _maxima(axis: Axes, task: TaskCalibration, with_legend: bool) -> None:
 
 
 def _speeds(axis: Axes, calibration: Calibration) -> None:
-    _dress(axis, "seconds in each band of speed (share of the joint's limit)")
+    dress(axis, "seconds in each band of speed (share of the joint's limit)", grid="y")
     bands = calibration.coverage["speed_bands"]
     names = ["rest"] + [f"{100 * a:.0f}-{100 * b:.0f} %" for a, b in pairwise(bands)]
     seconds = np.array([one["seconds_in_speed_band"] for one in calibration.coverage["joints"]])
@@ -96,7 +83,7 @@ def _speeds(axis: Axes, calibration: Calibration) -> None:
 
 
 def _ranges(axis: Axes, calibration: Calibration) -> None:
-    _dress(axis, "poses seen, of each joint's range; number of reversals")
+    dress(axis, "poses seen, of each joint's range; number of reversals", grid="y")
     for joint, (one, limits) in enumerate(
         zip(calibration.coverage["joints"], calibration.configuration.robot.joints, strict=True)
     ):

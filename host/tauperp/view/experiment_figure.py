@@ -6,8 +6,9 @@ import numpy as np
 
 from tauperp.config import TASKS
 from tauperp.experiment import Outcome
+from tauperp.plot import MUTED
 from tauperp.run.trace import Trace
-from tauperp.view.timeline import ALARM, CONTACT, MUTED, Mark, Span, Timeline, draw
+from tauperp.view.timeline import ALARM, CONTACT, Mark, Span, Timeline, draw
 from tauperp.words import spoken
 
 TITLES = {

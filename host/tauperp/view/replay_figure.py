@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauperp.config import TASKS, Configuration
+from tauperp.plot import MUTED
 from tauperp.recording import Playback, Recording, Score, Trip
 from tauperp.recording.score import faults
 from tauperp.replay.log_report import LogReplay
 from tauperp.run.reach import wire_range
 from tauperp.sim.moment import Moment
-from tauperp.view.timeline import ALARM, MUTED, Mark, Span, Timeline, draw
+from tauperp.view.timeline import ALARM, Mark, Span, Timeline, draw
 from tauperp.words import spoken
 
 FROZEN_TICKS = 50  # a joint whose torque repeats this often while others change is frozen

@@ -1,6 +1,5 @@
 """The smallest detectable force, drawn on the arm: one picture per task, and the covered body regions."""
 
-import io
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,12 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
+from tauperp.plot import INK, png_of
 from tauperp.robot import Robot
 from tauperp.sensitivity.analysis import BLIND_N, Levers, TaskForces
 from tauperp.sensitivity.regions import REGIONS
 
-INK, BLIND = "#22272e", "#4b4f57"
+BLIND = "#4b4f57"
 BLIND_RGBA = (0.29, 0.31, 0.34, 1.0)
 DPI = 130
 LOWEST_N, HIGHEST_N = 5.0, BLIND_N
@@ -42,9 +42,7 @@ def sensitivity_figure(robot: Robot, posture: np.ndarray, tasks: list[TaskForces
         x=0.01,
         ha="left",
     )
-    png = io.BytesIO()
-    figure.savefig(png, format="png", metadata={"Software": None})
-    return png.getvalue()
+    return png_of(figure)
 
 
 def _arm(axis: Axes3D, levers: Levers, robot: Robot, task: TaskForces, norm: LogNorm, colours: Any) -> None:

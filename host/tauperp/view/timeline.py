@@ -9,7 +9,6 @@ A joint is coloured if it stopped the robot; if none did, the one nearest to its
 is a stop, orange a contact, a cross an unusable reading.
 """
 
-import io
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,9 +19,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from tauperp.plot import INK, MUTED, dress, png_of
+
 Array = NDArray[np.float64]
 
-INK, MUTED, OTHERS = "#22272e", "#8a939e", "#c9d0d8"
+OTHERS = "#c9d0d8"
 JOINTS = ("#1f6fb2", "#7b4fb3", "#9a6a00", "#0b7a8a")  # of the joints that stopped the robot, in that order
 PERMITTED, STOPPED, NOT_YET = "#2e9e5b", "#c8352b", "#c9d0d8"
 ALARM, CONTACT, BAND = "#c8352b", "#e07b1a", "#fdece0"
@@ -123,9 +124,7 @@ def draw(timeline: Timeline) -> bytes:
     axes[-1].set_xlabel("time  [s]")
     axes[-1].set_xlim(timeline.time_s[0], timeline.time_s[-1])
     _head(figure, timeline)
-    png = io.BytesIO()
-    figure.savefig(png, format="png", metadata={"Software": None})
-    return png.getvalue()
+    return png_of(figure)
 
 
 def _one_threshold(timeline: Timeline) -> bool:
@@ -140,13 +139,7 @@ def _largest(values: Array) -> float:
 
 
 def _dress(axis: Axes, timeline: Timeline) -> None:
-    axis.grid(axis="y", color="#e6eaee", linewidth=0.7)
-    axis.set_axisbelow(True)
-    for side in ("top", "right"):
-        axis.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axis.spines[side].set_color(MUTED)
-    axis.tick_params(colors=INK, labelsize=9)
+    dress(axis, grid="y")
     for number, phase in enumerate(timeline.phases):
         axis.axvspan(phase.begin_s, phase.end_s, color=PHASE_BANDS[number % 2], zorder=0, linewidth=0)
     for touch in timeline.touches:
