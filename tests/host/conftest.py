@@ -1,5 +1,6 @@
 """Fixtures that several files of tests share."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,3 +16,15 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for form in ("fd", "classic"):
         assert main(["run", str(scenario(folder, form)), "--record", str(folder / f"{form}.log"), "--json"]) == 0
     return folder
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[[str], Path]:
+    """write(text): a file with this text, URDF or MJCF by what is in it."""
+
+    def writer(text: str) -> Path:
+        path = tmp_path / ("robot.urdf" if "<robot" in text else "robot.xml")
+        path.write_text(text)
+        return path
+
+    return writer

@@ -24,16 +24,6 @@ from tauperp.robot.spatial import rotation_about, rotation_rpy, rotation_z
 Writer = Callable[[str], Path]
 
 
-@pytest.fixture
-def write(tmp_path: Path) -> Writer:
-    def writer(text: str) -> Path:
-        path = tmp_path / ("robot.urdf" if "<robot" in text else "robot.xml")
-        path.write_text(text)
-        return path
-
-    return writer
-
-
 def assert_exact(robot: Robot) -> None:
     comparisons = check(robot, states=5)
     assert len(comparisons) == 2, "the file itself was not read by another reader"

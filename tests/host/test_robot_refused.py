@@ -13,16 +13,6 @@ from tauperp.robot import load
 Writer = Callable[[str], Path]
 
 
-@pytest.fixture
-def write(tmp_path: Path) -> Writer:
-    def writer(text: str) -> Path:
-        path = tmp_path / ("robot.urdf" if "<robot" in text else "robot.xml")
-        path.write_text(text)
-        return path
-
-    return writer
-
-
 def arm(*changes: str, link: str = "", joint: str = "") -> str:
     """Links base, upper, fore with joints j1, j2; `link` replaces upper, `joint` replaces j2."""
     return urdf(
