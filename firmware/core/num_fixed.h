@@ -208,41 +208,56 @@ static inline num_rotation_t num_shifted_rotation(num_t first, num_t second, num
     return num_rotation(num_rescaled(along, right, left), num_rescaled(across, right, left), saturations);
 }
 
+/* Cosine and sine of the angle of (along, across), in Q30; `across` as scaled by right, then left, to 30 bits. */
+typedef struct {
+    uint64_t across;
+    uint32_t right;
+    uint32_t left;
+    uint32_t cos;
+    uint32_t sin;
+} num_double_angle_t;
+
+/* Precondition: `across` is not 0. */
+static inline num_double_angle_t num_double_angle(uint64_t along, uint64_t across) {
+    const int32_t excess = 34 - __builtin_clzll(along | across); /* bits above 30 */
+    const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
+    const uint32_t left = (excess < 0) ? (uint32_t)-excess : 0u;
+    const uint64_t x = (along >> right) << left;
+    const uint64_t y = (across >> right) << left;
+    const uint64_t square = (x * x) + (y * y);
+    const uint32_t leading = num_leading(square);
+    const uint32_t inverse = num_newton((uint32_t)((square << leading) >> 32));
+    const uint32_t down = 32u - (leading / 2u);
+    return (num_double_angle_t){.across = y,
+                                .right = right,
+                                .left = left,
+                                .cos = (uint32_t)((x * inverse) >> down),
+                                .sin = (uint32_t)((y * inverse) >> down)};
+}
+
+static inline uint64_t num_wide_size(num_wide_t a) {
+    return (uint64_t)((a < 0) ? -a : a);
+}
+
 /* The smaller eigenvalue of the symmetric matrix [a, b; b, c], to about 30 bits of the largest entry. It uses the
  * tangent of the angle that diagonalises the matrix, from cosine and sine of the double angle. Preconditions: entries
  * below 2^16 in size; a and c not negative. The result is not negative. */
 static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_wide_t b) {
     const int64_t smaller = (a < c) ? a : c;
-    const uint64_t difference = (uint64_t)((a < c) ? (c - a) : (a - c));
-    const uint64_t twice = 2u * (uint64_t)((b < 0) ? -b : b);
+    const uint64_t twice = 2u * num_wide_size(b);
     if (twice == 0u) {
         return smaller;
     }
-    const int32_t excess = 34 - __builtin_clzll(difference | twice); /* bits above 30 */
-    const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
-    const uint32_t left = (excess < 0) ? (uint32_t)-excess : 0u;
-    const uint64_t along = (difference >> right) << left;
-    const uint64_t across = (twice >> right) << left;
-
-    const uint64_t square = (along * along) + (across * across);
-    const uint32_t leading = num_leading(square);
-    const uint32_t inverse = num_newton((uint32_t)((square << leading) >> 32));
-    const uint32_t down = 32u - (leading / 2u);
-    const uint32_t cosine_double = (uint32_t)((along * inverse) >> down); /* Q30 */
-    const uint32_t sine_double = (uint32_t)((across * inverse) >> down);
+    const num_double_angle_t angle = num_double_angle(num_wide_size(a - c), twice);
     /* tan t = sin 2t / (1 + cos 2t), in Q30 */
-    const uint32_t tangent = (uint32_t)(((uint64_t)sine_double << 30) / (1073741824u + (uint64_t)cosine_double));
-    const int64_t exchange = (int64_t)((((across * tangent) >> 31) >> left) << right);
+    const uint32_t tangent = (uint32_t)(((uint64_t)angle.sin << 30) / (1073741824u + (uint64_t)angle.cos));
+    const int64_t exchange = (int64_t)((((angle.across * tangent) >> 31) >> angle.left) << angle.right);
     return (exchange > smaller) ? 0 : (smaller - exchange);
 }
 
 /* a / 2^bits, rounded down. Precondition: a is not negative; bits below 63. */
 static inline num_wide_t num_wide_share(num_wide_t a, uint32_t bits) {
     return (num_wide_t)((uint64_t)a >> bits);
-}
-
-static inline uint64_t num_wide_size(num_wide_t a) {
-    return (uint64_t)((a < 0) ? -a : a);
 }
 
 /* |along| <= 2^-bits sqrt(first second), to 31 bits of the larger square. Preconditions: |along| is at most that root
@@ -259,27 +274,16 @@ static inline bool num_is_orthogonal(num_wide_t along, num_wide_t first, num_wid
 /* The rotation by at most an eighth of a turn that makes two vectors with these squares and inner product orthogonal,
  * by half the angle of (difference of the squares, twice the inner product); without its length. */
 static inline num_rotation_t num_symmetric_rotation(num_wide_t first, num_wide_t second, num_wide_t along) {
-    const uint64_t difference = num_wide_size(first - second);
     const uint64_t twice = 2u * num_wide_size(along);
     if (twice == 0u) {
         return (num_rotation_t){.cos = 1073741824, .sin = 0, .length = 0};
     }
-    const int32_t excess = 34 - __builtin_clzll(difference | twice); /* bits above 30 */
-    const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
-    const uint32_t left = (excess < 0) ? (uint32_t)-excess : 0u;
-    const uint64_t x = (difference >> right) << left;
-    const uint64_t y = (twice >> right) << left;
-    const uint64_t square = (x * x) + (y * y);
-    const uint32_t leading = num_leading(square);
-    const uint32_t inverse = num_newton((uint32_t)((square << leading) >> 32));
-    const uint32_t down = 32u - (leading / 2u);
-    const uint32_t cosine_double = (uint32_t)((x * inverse) >> down); /* Q30 */
-    const uint32_t sine_double = (uint32_t)((y * inverse) >> down);
+    const num_double_angle_t angle = num_double_angle(num_wide_size(first - second), twice);
     const uint32_t most = 1073741823u; /* so that twice one plus the cosine fits into 32 bits */
-    const uint32_t half = 2u * (1073741824u + ((cosine_double < most) ? cosine_double : most)); /* cosine^2 in Q32 */
-    const uint32_t reciprocal = num_newton(half);                                               /* 1 / cosine in Q30 */
+    const uint32_t half = 2u * (1073741824u + ((angle.cos < most) ? angle.cos : most)); /* cosine^2 in Q32 */
+    const uint32_t reciprocal = num_newton(half);                                       /* 1 / cosine in Q30 */
     const int32_t cosine = (int32_t)(((uint64_t)half * reciprocal) >> 32);
-    const int32_t sine = (int32_t)(((uint64_t)sine_double * reciprocal) >> 31);
+    const int32_t sine = (int32_t)(((uint64_t)angle.sin * reciprocal) >> 31);
     return (num_rotation_t){.cos = cosine, .sin = ((first < second) != (along < 0)) ? -sine : sine, .length = 0};
 }
 

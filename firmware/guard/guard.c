@@ -209,12 +209,11 @@ static void leave_stopped(guard_t *self, bool fresh, uint64_t now_us) {
 }
 
 static void act(guard_t *self, const guard_finding_t *finding, uint64_t now_us) {
-    const bool in_fault = self->state == (uint32_t)GUARD_STATE_FAULT;
-    if (!in_fault && (self->state != (uint32_t)GUARD_STATE_SELF_TEST)) {
-        track_health(self, finding->healthy, now_us);
-    }
-    if (in_fault) {
+    if (self->state == (uint32_t)GUARD_STATE_FAULT) {
         return; /* FAULT ends with guard_init only */
+    }
+    if (self->state != (uint32_t)GUARD_STATE_SELF_TEST) {
+        track_health(self, finding->healthy, now_us);
     }
     if (finding->wish == WISH_FAULT) {
         trip(self, GUARD_STATE_FAULT, &finding->event);
