@@ -40,6 +40,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.needs("can"))
 
 
+def report_data(line: str) -> dict[str, Any]:
+    """A report as the inner run wrote it. The reason of a skip is a tuple for pytest, for which JSON has a list."""
+    data: dict[str, Any] = json.loads(line)
+    if isinstance(data["longrepr"], list):
+        data["longrepr"] = tuple(data["longrepr"])
+    return data
+
+
 class Inner:
     """The run inside tools/vcan."""
 
@@ -94,7 +102,7 @@ class Inner:
 
     def _read(self) -> None:
         *lines, self._rest = (self._rest + self._reports.read()).split("\n")
-        self._waiting += [json.loads(line) for line in lines]
+        self._waiting += [report_data(line) for line in lines]
 
     def close(self) -> None:
         if self.process.poll() is None:
