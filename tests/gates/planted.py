@@ -90,6 +90,13 @@ PLANTS = [
         "void bank_planted(void);\nvoid bank_init(",
         r"names\.h is not current",
     ),
+    Plant(
+        "tests/gates/test_file_size.py::test_no_source_file_is_too_long",
+        "tests/target/planted.py",
+        "",
+        "# planted\n" * 401,
+        "tests/target/planted.py: 401 lines",
+    ),
     Plant(f"{LAYERS}no_include_climbs", "firmware/wire/e2e.c", "", '\n#include "bank.h"\n', "wire/e2e.c -> core"),
     Plant(
         f"{LAYERS}no_import_of_the_host_climbs",

@@ -135,6 +135,11 @@ static inline void start(bench_t *bench) {
     start_with(bench, &config);
 }
 
+/* An external torque on a joint, added to its reading. */
+static inline void push(bench_t *bench, uint32_t joint, int32_t raw) {
+    bench->torque[joint] = (int16_t)(bench->torque[joint] + raw);
+}
+
 static inline void put16(uint8_t *at, int32_t value) {
     at[0] = (uint8_t)((uint32_t)value & 0xFFu);
     at[1] = (uint8_t)(((uint32_t)value >> 8) & 0xFFu);

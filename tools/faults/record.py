@@ -61,7 +61,7 @@ def record(experiment: str, numeric: Numeric = "float32") -> Recording:
 
 
 def as_file(recording: Recording) -> bytes:
-    """Little-endian, as read_recording of faults.c takes it."""
+    """Little-endian, as reference.c takes it."""
     block, cycles = recording.block, recording.cycles
     frames = sum(len(messages) for _, messages in cycles)
     parts = [struct.pack("<3I", len(block), len(cycles), frames), block]

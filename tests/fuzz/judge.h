@@ -1,0 +1,27 @@
+/* judge: what every reception and every tick of a guard must keep to.
+ *
+ * It uses nothing of the firmware but the configuration and the tables of the wire: its CRC is its own, and it notes
+ * for itself when which frame arrived. A breach ends the process.
+ */
+#ifndef FUZZ_JUDGE_H
+#define FUZZ_JUDGE_H
+
+#include "guard.h"
+
+/* Times are the guard's. All zero at the start of the guard. */
+typedef struct {
+    uint64_t sync_us, task_us, fresh_us; /* of the last Sync and TaskCommand with a right CRC, of the last evaluation */
+    bool sync, task, fresh;
+    bool reset_ever;       /* a GuardReset with Request 1 and a right CRC has come */
+    bool reset_named[256]; /* the same since the last tick, by trip number */
+    guard_state_t state;   /* of the last tick */
+    uint8_t trip_number;
+} judge_t;
+
+/* A frame that changed the guard from `before` to `after`. */
+void judge_reception(judge_t *judge, const guard_t *before, const guard_t *after, const can_frame_t *frame,
+                     uint64_t now_us);
+
+void judge_tick(judge_t *judge, const guard_config_t *config, const guard_output_t *out, uint64_t now_us);
+
+#endif
