@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,6 +14,8 @@ from tauperp.bus import DEFAULT_CHANNEL
 from tauperp.errors import InputError
 from tauperp.firmware import Guard
 from tauperp.judge.judge import judge
+from tauperp.judge.report import report_of
+from tauperp.judge.result import Frames, Judgement
 from tauperp.robot import Robot
 from tauperp.run.fitting import fitted
 from tauperp.run.guard_node import GuardNode, RemoteGuard
@@ -55,16 +57,21 @@ class Setup:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One run: its cycles, and its numbers as they go into a JSON file."""
+    """One run: its cycles, and what they were judged to be."""
 
     scenario: Scenario
     trace: Trace
-    report: dict[str, Any]
+    judgement: Judgement
 
     @property
     def passed(self) -> bool:
         """The verdict."""
-        return bool(self.report["passed"])
+        return self.judgement.passed
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """The numbers as they go into a JSON file."""
+        return report_of(self.judgement)
 
 
 def load_experiment(
@@ -97,15 +104,12 @@ def run_experiment(
     """One of EXPERIMENTS, as it is shipped or loaded otherwise. Raises InputError for what cannot be run."""
     scenario = load_experiment(name) if scenario is None else scenario
     outcome = run_scenario(scenario, setup, progress=progress, watch=watch)
-    report = {"experiment": name, **outcome.report}
-    peak = report["peak_index_free_nm"]
+    judgement = replace(outcome.judgement, experiment=name)
+    peak = judgement.peaks.largest_index_nm
     if peak > FREE_INDEX_LIMIT_NM:
-        report["why"] = [
-            *report["why"],
-            f"without a collision the index reached {peak:.2f} Nm of {FREE_INDEX_LIMIT_NM}",
-        ]
-        report |= {"verdict": "failed", "passed": False}
-    return Outcome(scenario, outcome.trace, report)
+        reached = f"without a collision the index reached {peak:.2f} Nm of {FREE_INDEX_LIMIT_NM}"
+        judgement = replace(judgement, verdict="failed", why=(*judgement.why, reached))
+    return replace(outcome, judgement=judgement)
 
 
 def run_scenario(
@@ -149,12 +153,11 @@ def _run_scenario(
         frames = _Ear(stack.enter_context(connect()), listener) if guard or listener else None
         lockstep = Lockstep(scenario, robot_bus, peer, pace)
         trace = lockstep.run(progress, frames.listen if frames else None, watch)
-    report = judge(scenario, trace, guard or lockstep.telling)
+    judgement = judge(scenario, trace, guard or lockstep.telling)
+    counted = None
     if frames is not None and setup.guard == "library":
-        report |= {"frames": frames.count, "frames_sha256": frames.digest.hexdigest()}
-    if pace.report is not None:
-        report["real_time"] = pace.report
-    return Outcome(scenario, trace, report)
+        counted = Frames(frames.count, frames.digest.hexdigest())
+    return Outcome(scenario, trace, replace(judgement, frames=counted, real_time=pace.kept))
 
 
 class _Ear:

@@ -24,7 +24,7 @@ def run(args: argparse.Namespace) -> int:
             outcomes.append(run_experiment(name, progress=progress, watch=results.watch))
         results.write(outcomes[-1], name)
     if args.json:
-        print(json.dumps({one.report["experiment"]: one.report for one in outcomes}, indent=2))
+        print(json.dumps({one.judgement.name: one.report for one in outcomes}, indent=2))
     else:
         print_outcomes(outcomes, args.out)
     return 0 if all(outcome.passed for outcome in outcomes) else 1

@@ -1,4 +1,4 @@
-"""The result of a run, in numbers and in words: collisions, faults, stops, peaks, the permission, and a verdict.
+"""Judging a run: collisions, faults, stops, peaks, the permission, and a verdict.
 
 A collision is *in progress* from the first touch until 5 / K after the last one, where K is the observer's gain. By
 then the observer's memory of it has decayed below 1 %. A stop for a collision at any other time is a false stop.
@@ -12,16 +12,28 @@ is *not tested*: neither passed nor missed. The verdict is `failed` for a false 
 incomplete run; else `incomplete` if something was not tested; else `passed`.
 """
 
-import dataclasses
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tauperp.config import TASKS
 from tauperp.firmware import Guard, Reason
+from tauperp.judge.result import (
+    NOT_TESTED,
+    Cause,
+    Collision,
+    FaultEffect,
+    Installation,
+    Judgement,
+    Loss,
+    Peaks,
+    PhaseResult,
+    ResidualAlone,
+    reason_name,
+)
 from tauperp.provenance import provenance, provenance_of_bus
 from tauperp.run.scenario import Scenario
 from tauperp.run.telling import Telling
@@ -29,6 +41,7 @@ from tauperp.run.trace import Contact, Stop, Trace
 from tauperp.sim.sensors import SensorFault
 from tauperp.words import spoken
 
+TIME_DIGITS, TORQUE_DIGITS, FORCE_DIGITS = 6, 4, 2  # of results
 SETTLE_GAINS = 5.0  # times 1 / K
 FAULT_AFTERMATH_S = 1.0  # s; a stop this long after wrong or missing frames still counts as caused by them
 DETECTIONS = (
@@ -39,13 +52,11 @@ DETECTIONS = (
     Reason.SUDDEN,
     Reason.INPUT_RANGE,
 )
-SILENCE = "SILENCE"  # reason of a stop without any StopCommand
-DETECTED, MISSED, NOT_TESTED = "detected", "missed", "not tested"
 
 
-def judge(scenario: Scenario, trace: Trace, guard: Guard | Telling) -> dict[str, Any]:
-    """The run's numbers, verdict included, with everything that they depend on by its hash. Times s, Nm, N."""
-    return _Judge(scenario, trace, guard).report()
+def judge(scenario: Scenario, trace: Trace, guard: Guard | Telling) -> Judgement:
+    """The run's numbers, verdict included, with everything that they depend on by its hash."""
+    return _Judge(scenario, trace, guard).judgement()
 
 
 class _Judge:
@@ -53,68 +64,56 @@ class _Judge:
         self._scenario, self._trace, self._guard = scenario, trace, guard
         self._settle_s = SETTLE_GAINS / scenario.configuration.settings.observer.gain_per_s
         self._quiet = trace.quiet(self._settle_s, scenario.faults)
+        self._rounded = {id(stop): _rounded(stop) for stop in trace.stops}
 
-    def report(self) -> dict[str, Any]:
-        scenario, trace, configuration = self._scenario, self._trace, self._scenario.configuration
-        collisions = [self._collision(contact) for contact in trace.contacts]
-        faults = [self._fault(fault) for fault in scenario.faults]
-        stops = [self._stop(stop) for stop in trace.stops]
-        thresholds = [configuration.threshold_nm(name) for name in TASKS if TASKS[name] in trace.task]
-        why = [*self._failures(collisions, stops), *self._untested(collisions, faults)]
-        failed = any(self._failures(collisions, stops))
-        return {
-            "scenario": Path(scenario.source).name,
-            "verdict": "failed" if failed else "incomplete" if why else "passed",
-            "passed": not why,
-            "why": why,
-            "finished": trace.finished,
-            "ended": trace.ended,
-            "false_stops": sum(stop["cause"] == "none" for stop in stops),
-            "collisions": collisions,
-            "faults": faults,
-            "peak_index_free_nm": self._peak(trace.index_nm),
-            "peak_residual_free_nm": self._peak(trace.residual_nm),
-            "peak_index_free_by_joint_nm": self._peaks(trace.index_nm),
-            "peak_residual_free_by_joint_nm": self._peaks(trace.residual_nm),
-            "threshold_nm": _one_or_many(np.unique(np.concatenate(thresholds))),
-            "residual_alone": self._residual_alone(),
-            "phases": [self._phase(number) for number in range(len(scenario.phases))],
-            "permission": [{"from_s": begin, "until_s": end} for begin, end in permitted_spans(trace)],
-            "stops": stops,
-            "settle_s": self._settle_s,
-            "cycles": len(trace.time_s),
-            "robot": scenario.robot.name,
-            "assumed": list(scenario.notes),
-            "rate_hz": configuration.settings.wire.rate_hz,
-            "format": configuration.settings.wire.format,
-            "seed": scenario.seed,
-            "guard": self._whose(),
-            "guard_counters": self._guard.counters,
-            "hashes": provenance(self._guard.library, configuration)
-            if isinstance(self._guard, Guard)
-            else provenance_of_bus(self._guard.identity, configuration),
-        }
+    def judgement(self) -> Judgement:
+        scenario, trace = self._scenario, self._trace
+        collisions = tuple(self._collision(contact) for contact in trace.contacts)
+        faults = tuple(self._fault(fault) for fault in scenario.faults)
+        losses = tuple(self._loss(stop) for stop in trace.stops)
+        thresholds = [scenario.configuration.threshold_nm(name) for name in TASKS if TASKS[name] in trace.task]
+        failures = tuple(self._failures(collisions, losses))
+        why = (*failures, *self._untested(collisions, faults))
+        return Judgement(
+            verdict="failed" if failures else "incomplete" if why else "passed",
+            why=why,
+            finished=trace.finished,
+            ended=trace.ended,
+            collisions=collisions,
+            faults=faults,
+            losses=losses,
+            peaks=self._peaks(self._quiet),
+            threshold_nm=tuple(round(float(value), TORQUE_DIGITS) for value in np.unique(np.concatenate(thresholds))),
+            residual_alone=self._residual_alone(),
+            phases=tuple(self._phase(number) for number in range(len(scenario.phases))),
+            permission=tuple(_permitted_spans(trace)),
+            settle_s=self._settle_s,
+            cycles=len(trace.time_s),
+            installation=self._installation(),
+            counters=self._guard.counters,
+        )
 
-    def _failures(self, collisions: list[dict[str, Any]], stops: list[dict[str, Any]]) -> Iterator[str]:
+    def _failures(self, collisions: tuple[Collision, ...], losses: tuple[Loss, ...]) -> Iterator[str]:
         for one in collisions:
-            if one["verdict"] == MISSED:
-                yield f"the {one['part']} on link {one['link']} at {one['contact_s']:.3f} s was missed"
-        for stop in stops:
-            if stop["cause"] == "none":
-                yield f"false stop at {stop['time_s']:.3f} s: {_reason_of(stop)}"
+            if one.verdict == "missed":
+                yield f"the {one.part} on link {one.link} at {one.contact_s:.3f} s was missed"
+        for loss in losses:
+            if loss.cause == "none":
+                yield f"false stop at {loss.stop.time_s:.3f} s: {_reason_of(loss.stop)}"
         if self._trace.ended is not None:
             yield f"ended at {self._trace.ended}"
         elif not self._trace.finished:
             yield f"the time limit of {self._scenario.time_limit_s:g} s came before the end{self._since()}"
 
     @staticmethod
-    def _untested(collisions: list[dict[str, Any]], faults: list[dict[str, Any]]) -> Iterator[str]:
+    def _untested(collisions: tuple[Collision, ...], faults: tuple[FaultEffect, ...]) -> Iterator[str]:
         for one in collisions:
-            if one["verdict"] == NOT_TESTED:
-                yield f"the {one['part']} on link {one['link']} was not tested: {one['why']}"
-        for one in faults:
-            if one["verdict"] == NOT_TESTED:
-                yield f"the fault '{one['kind']}' of joint {one['joint']} was not tested: {one['why']}"
+            if one.verdict == NOT_TESTED:
+                yield f"the {one.part} on link {one.link} was not tested: {one.why}"
+        for effect in faults:
+            if effect.verdict == NOT_TESTED:
+                fault = effect.fault
+                yield f"the fault '{fault.kind}' of joint {fault.joint} was not tested: {effect.why}"
 
     def _since(self) -> str:
         """What an incomplete run was waiting for."""
@@ -124,102 +123,62 @@ class _Judge:
         if not trace.permitted.any():
             return ": there never was a permission"
         stop = trace.stops[-1]
-        reason = _reason_of({"reason": _name(stop.reason), "joint": stop.joint})
-        return f": no permission since {stop.time_s:.3f} s ({reason})"
+        return f": no permission since {stop.time_s:.3f} s ({_reason_of(stop)})"
 
-    def _peak(self, values: NDArray[np.float64]) -> float:
-        return round(float(np.abs(values[self._quiet]).max(initial=0.0)), 4)
+    def _peaks(self, rows: NDArray[np.bool_]) -> Peaks:
+        """In these rows of each joint, (N, n)."""
 
-    def _peaks(self, values: NDArray[np.float64]) -> list[float]:
-        masked = np.where(self._quiet, np.abs(values), 0.0)
-        return [round(float(value), 4) for value in masked.max(axis=0, initial=0.0)]
+        def largest(values: NDArray[np.float64]) -> NDArray[np.float64]:
+            peaks = np.where(rows, np.abs(values), 0.0).max(axis=0, initial=0.0)
+            return np.array([round(float(peak), TORQUE_DIGITS) for peak in peaks])
 
-    def _collision(self, contact: Contact) -> dict[str, Any]:
-        """One strike. Detected: motion was stopped while it was in progress, by the index (reason COLLISION) or because
-        the blow drove a sensor out of its range (INPUT_RANGE)."""
-        trace, record = self._trace, contact.record
+        return Peaks(largest(self._trace.index_nm), largest(self._trace.residual_nm))
+
+    def _collision(self, contact: Contact) -> Collision:
+        trace, strike, record = self._trace, contact.strike, contact.record
         begin, end = record.contact_s, record.release_s
-        row: dict[str, Any] = {
-            "link": contact.strike.link,
-            "part": contact.strike.part,
-            "contact_s": None,
-            "stop_s": None,
-            "latency_ms": None,
-            "detected": False,
-            "verdict": NOT_TESTED,
-            "why": None,
-            "peak_force_n": 0.0,
-        }
         if begin is None or end is None:
-            row["why"] = "the run ended before it" if record.sent_s is None else "the hand met nothing"
+            why = "the run ended before it" if record.sent_s is None else "the hand met nothing"
             if record.withdrawn_s is not None:
-                row["why"] = "the arm had stopped before the hand was there"
-            return row
+                why = "the arm had stopped before the hand was there"
+            return Collision(strike.link, strike.part, NOT_TESTED, why)
         stop = next(
             (one for one in trace.stops if one.reason in DETECTIONS and begin <= one.time_s <= end + self._settle_s),
             None,
         )
-        row |= {
-            "link": record.link,
-            "contact_s": round(begin, 6),
-            "peak_force_n": round(record.peak_force_n, 2),
-            "joint": None,
-            "reason": None,
-            "standstill_s": None,
-        }
+        struck = Collision(
+            link=record.link,
+            part=strike.part,
+            verdict="missed",
+            contact_s=round(begin, TIME_DIGITS),
+            peak_force_n=round(record.peak_force_n, FORCE_DIGITS),
+        )
         if stop is not None:
-            standstill = stop.standstill_s
-            row |= {
-                "stop_s": round(stop.time_s, 6),
-                "latency_ms": round((stop.time_s - begin) * 1000, 3),
-                "detected": True,
-                "verdict": DETECTED,
-                "joint": stop.joint,
-                "reason": Reason(stop.reason).name,
-                "standstill_s": None if standstill is None else round(standstill, 6),
-            }
-        elif not self._permitted_at(begin):
-            row["why"] = "the arm was stopped already when the hand touched it"
-        else:
-            row["verdict"] = MISSED
-        return row
+            return replace(struck, verdict="detected", stop=self._rounded[id(stop)])
+        if not self._permitted_at(begin):
+            why = "the arm was stopped already when the hand touched it"
+            return replace(struck, verdict=NOT_TESTED, why=why)
+        return struck
 
-    def _fault(self, fault: SensorFault) -> dict[str, Any]:
-        """One sensor fault: its effect on the permission."""
+    def _fault(self, fault: SensorFault) -> FaultEffect:
         trace = self._trace
         rows = (trace.time_s >= fault.start_s) & (trace.time_s <= fault.end_s)
-        stop = next((one for one in trace.stops if _is_doing(one, fault, self._settle_s)), None)
-        row: dict[str, Any] = {
-            "joint": fault.joint,
-            "kind": fault.kind,
-            "start_s": fault.start_s,
-            "end_s": None if fault.end_s >= trace.time_s[-1] else fault.end_s,
-            "verdict": "no stop",
-            "why": None,
-            "stop_s": None,
-            "latency_ms": None,
-            "reason": None,
-        }
+        end_s = None if fault.end_s >= trace.time_s[-1] else fault.end_s
         if not rows.any():
-            row |= {"verdict": NOT_TESTED, "why": "the run ended before it"}
-        elif not trace.permitted[rows].any() and not self._permitted_before(fault.start_s):
+            return FaultEffect(fault, end_s, NOT_TESTED, "the run ended before it")
+        if not trace.permitted[rows].any() and not self._permitted_before(fault.start_s):
             began = trace.permitted[trace.time_s < fault.start_s].any()
             why = "the arm was stopped already" if began else "it began before the first permission"
-            row |= {"verdict": NOT_TESTED, "why": f"{why}, and stayed so"}
-        elif stop is not None:
-            row |= {
-                "verdict": "stopped",
-                "stop_s": round(stop.time_s, 6),
-                "latency_ms": round((stop.time_s - fault.start_s) * 1000, 3),
-                "reason": _name(stop.reason),
-            }
-        return row
+            return FaultEffect(fault, end_s, NOT_TESTED, f"{why}, and stayed so")
+        stop = next((one for one in trace.stops if _is_doing(one, fault, self._settle_s)), None)
+        if stop is None:
+            return FaultEffect(fault, end_s, "no stop")
+        return FaultEffect(fault, end_s, "stopped", stop=self._rounded[id(stop)])
 
-    def _stop(self, stop: Stop) -> dict[str, Any]:
-        """One loss of permission and what caused it: a collision, a sensor fault of the scenario, a guard that was
-        given up (the last stop then, told by the run's end), or none (false); and when the permission came back."""
+    def _loss(self, stop: Stop) -> Loss:
         trace = self._trace
-        cause = "guard" if trace.ended is not None and stop is trace.stops[-1] and stop.reason == 0 else "none"
+        given_up = trace.ended is not None and stop is trace.stops[-1] and stop.reason == 0
+        cause: Cause = "guard" if given_up else "none"
         for fault in self._scenario.faults:
             if _is_doing(stop, fault, self._settle_s):
                 cause = "fault"
@@ -228,14 +187,8 @@ class _Judge:
             if begin is not None and end is not None and begin <= stop.time_s <= end + self._settle_s:
                 cause = "collision"
         again = np.flatnonzero(trace.permitted & (trace.time_s > stop.time_s))
-        return {
-            "time_s": round(stop.time_s, 6),
-            "reason": _name(stop.reason),
-            "joint": stop.joint,
-            "cause": cause,
-            "trip": stop.trip_number,
-            "permitted_again_s": round(float(trace.time_s[again[0]]), 6) if len(again) else None,
-        }
+        again_s = round(float(trace.time_s[again[0]]), TIME_DIGITS) if len(again) else None
+        return Loss(self._rounded[id(stop)], cause, again_s)
 
     def _permitted_at(self, time_s: float) -> bool:
         """Whether it was in the cycle that contains this time."""
@@ -248,42 +201,45 @@ class _Judge:
         row = int(np.searchsorted(self._trace.time_s, time_s, side="left")) - 1
         return row >= 0 and bool(self._trace.permitted[row])
 
-    def _residual_alone(self) -> dict[str, Any]:
-        """How the same threshold on r instead of the index would have acted while no collision was in progress."""
+    def _residual_alone(self) -> ResidualAlone:
         trace, quiet = self._trace, self._quiet
         above = np.any(quiet & (np.abs(trace.residual_nm) > trace.threshold_nm), axis=1)
         starts = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
-        return {
-            "false_stops": len(starts),
-            "first_s": round(float(trace.time_s[starts[0]]), 6) if len(starts) else None,
-            "share_of_free_time": round(float(above.sum() / max(1, quiet.any(axis=1).sum())), 4),
-        }
+        return ResidualAlone(
+            false_stops=len(starts),
+            first_s=round(float(trace.time_s[starts[0]]), TIME_DIGITS) if len(starts) else None,
+            share_of_free_time=round(float(above.sum() / max(1, quiet.any(axis=1).sum())), 4),
+        )
 
-    def _phase(self, number: int) -> dict[str, Any]:
+    def _phase(self, number: int) -> PhaseResult:
         phase, trace = self._scenario.phases[number], self._trace
         rows = trace.phase == number
-        quiet = self._quiet & rows[:, None]
         speed = trace.tip_speed_m_s[rows & ~trace.under_way(self._settle_s)]
         names = {wire: name for name, wire in TASKS.items()}
-        return {
-            "name": phase.name,
-            "task": names[phase.task],
-            "payload_kg": 0.0 if phase.payload is None else round(phase.payload.mass_kg, 4),
-            "peak_index_free_nm": round(float(np.abs(trace.index_nm[quiet]).max(initial=0.0)), 4),
-            "peak_residual_free_nm": round(float(np.abs(trace.residual_nm[quiet]).max(initial=0.0)), 4),
-            "peak_tip_speed_m_s": round(float(speed.max(initial=0.0)), 4),
-        }
+        return PhaseResult(
+            name=phase.name,
+            task=names[phase.task],
+            payload_kg=0.0 if phase.payload is None else round(phase.payload.mass_kg, 4),
+            peaks=self._peaks(self._quiet & rows[:, None]),
+            peak_tip_speed_m_s=round(float(speed.max(initial=0.0)), 4),
+        )
 
-    def _whose(self) -> dict[str, Any]:
-        """The guard of this process; or an external one as it reports itself, with its deviations."""
-        if isinstance(self._guard, Guard):
-            return {"whose": "library"}
-        identity = self._guard.identity
-        return {
-            "whose": "bus",
-            **dataclasses.asdict(identity),
-            "differences": identity.differences(self._scenario.configuration),
-        }
+    def _installation(self) -> Installation:
+        scenario, configuration = self._scenario, self._scenario.configuration
+        identity = None if isinstance(self._guard, Guard) else self._guard.identity
+        return Installation(
+            scenario=Path(scenario.source).name,
+            robot=scenario.robot.name,
+            assumed=scenario.notes,
+            rate_hz=configuration.settings.wire.rate_hz,
+            format=configuration.settings.wire.format,
+            seed=scenario.seed,
+            guard=identity,
+            differences=() if identity is None else tuple(identity.differences(configuration)),
+            hashes=provenance(self._guard.library, configuration)
+            if isinstance(self._guard, Guard)
+            else provenance_of_bus(self._guard.identity, configuration),
+        )
 
 
 def _is_doing(stop: Stop, fault: SensorFault, settle_s: float) -> bool:
@@ -297,22 +253,23 @@ def _is_doing(stop: Stop, fault: SensorFault, settle_s: float) -> bool:
     return fault.start_s <= stop.time_s <= until_s and (of_torque or stop.reason not in DETECTIONS)
 
 
-def permitted_spans(trace: Trace) -> list[tuple[float, float | None]]:
+def _permitted_spans(trace: Trace) -> list[tuple[float, float | None]]:
     """Times at which permission was given and ended, s; None if it lasted to the end."""
     edges = np.diff(trace.permitted.astype(int), prepend=0)
     begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    times = [round(float(value), 6) for value in trace.time_s]
+    times = [round(float(value), TIME_DIGITS) for value in trace.time_s]
     return [(times[begin], times[ends[at]] if at < len(ends) else None) for at, begin in enumerate(begins)]
 
 
-def _name(reason: int) -> str:
-    return SILENCE if reason == 0 else Reason(reason).name
+def _rounded(stop: Stop) -> Stop:
+    still_s = stop.standstill_s
+    return replace(
+        stop,
+        time_s=round(stop.time_s, TIME_DIGITS),
+        standstill_s=None if still_s is None else round(still_s, TIME_DIGITS),
+    )
 
 
-def _reason_of(stop: dict[str, Any]) -> str:
-    reason = spoken(stop["reason"])
-    return f"{reason}, joint {stop['joint']}" if stop["joint"] else reason
-
-
-def _one_or_many(values: NDArray[np.float64]) -> float | list[float]:
-    return round(float(values[0]), 4) if len(values) == 1 else [round(float(value), 4) for value in values]
+def _reason_of(stop: Stop) -> str:
+    reason = spoken(reason_name(stop))
+    return f"{reason}, joint {stop.joint}" if stop.joint else reason

@@ -10,7 +10,7 @@ import math
 import time
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -26,6 +26,20 @@ class Patience:
 
     start_s: float = 2.0
     answer_s: float = 0.5
+
+
+@dataclass(frozen=True)
+class Kept:
+    """How well a pace in real time was kept."""
+
+    period_us: int
+    cycles: int
+    late_cycles: int  # by more than half a period
+    skipped_periods: int
+    permission_not_in_time: int
+    p99_lateness_s: float
+    largest_lateness_s: float
+    times_slower_than_real: float | None  # None for a single cycle
 
 
 class Pace:
@@ -55,7 +69,7 @@ class Pace:
         return False
 
     @property
-    def report(self) -> dict[str, Any] | None:
+    def kept(self) -> Kept | None:
         """How well the pace was kept; None where this is always perfect."""
         return None
 
@@ -140,17 +154,17 @@ class RealTime(Pace):
         return now_s >= self._answered_s + (self.patience.answer_s if self.answered else self.patience.start_s)
 
     @property
-    def report(self) -> dict[str, Any]:
+    def kept(self) -> Kept:
         late_s = np.array(self._lateness_s)
         cycles = len(late_s)
         took_s = self._begun_s - self._first_s
-        return {
-            "period_us": round(self._period * 1e6),
-            "cycles": cycles,
-            "late_cycles": int((late_s > self._period / 2).sum()),
-            "skipped_periods": self._skipped,
-            "permission_not_in_time": self._missing,
-            "p99_lateness_us": round(float(np.percentile(late_s, 99)) * 1e6, 1),
-            "largest_lateness_us": round(float(late_s.max()) * 1e6, 1),
-            "times_slower_than_real": round(took_s / ((cycles - 1) * self._period), 4) if cycles > 1 else None,
-        }
+        return Kept(
+            period_us=round(self._period * 1e6),
+            cycles=cycles,
+            late_cycles=int((late_s > self._period / 2).sum()),
+            skipped_periods=self._skipped,
+            permission_not_in_time=self._missing,
+            p99_lateness_s=float(np.percentile(late_s, 99)),
+            largest_lateness_s=float(late_s.max()),
+            times_slower_than_real=took_s / ((cycles - 1) * self._period) if cycles > 1 else None,
+        )

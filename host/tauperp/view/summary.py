@@ -3,16 +3,17 @@
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from tauperp.experiment import Outcome
-from tauperp.judge.judge import NOT_TESTED
+from tauperp.judge.report import threshold_of
+from tauperp.judge.result import NOT_TESTED, Collision, FaultEffect, Judgement, Loss, reason_name
 from tauperp.provenance import provenance_line
 from tauperp.run.lockstep import Progress as Report
+from tauperp.run.pace import Kept
 from tauperp.words import spoken
 
 _CAUSES = {
@@ -77,87 +78,92 @@ def print_outcomes(outcomes: Sequence[Outcome], written: str | None = None) -> N
     for heading in ("run", "collision", "force", "contact", "stop", "latency", "found by"):
         table.add_column(heading, justify="left" if heading in ("run", "collision", "found by") else "right")
     for outcome in outcomes:
-        report = outcome.report
-        for number, collision in enumerate(report["collisions"]):
-            table.add_row(_name(report) if number == 0 else "", *_row(collision))
+        judgement = outcome.judgement
+        for number, collision in enumerate(judgement.collisions):
+            table.add_row(judgement.name if number == 0 else "", *_row(collision))
     if table.row_count:
         console.print(table)
     for outcome in outcomes:
-        for line in _lines(outcome.report):
+        for line in _lines(outcome.judgement):
             console.print(line, highlight=False, soft_wrap=True)
     if written:
         console.print(f"written: {written}", highlight=False, soft_wrap=True)
 
 
-def _name(report: dict[str, Any]) -> str:
-    return str(report.get("experiment", report["scenario"]))
-
-
-def _row(collision: dict[str, Any]) -> tuple[str, ...]:
-    where = f"link {collision['link']}, {collision['part']}"
-    if collision["contact_s"] is None:
+def _row(collision: Collision) -> tuple[str, ...]:
+    where = f"link {collision.link}, {collision.part}"
+    if collision.contact_s is None:
         return where, "", "never", "", "", "[yellow]not tested[/yellow]"
-    force, contact = (f"{collision['peak_force_n']:.0f} N", f"{collision['contact_s']:.3f} s")
-    if not collision["detected"]:
-        colour = "yellow" if collision["verdict"] == NOT_TESTED else "red"
-        return where, force, contact, "", "", f"[{colour}]{collision['verdict']}[/{colour}]"
-    stop, latency = f"{collision['stop_s']:.3f} s", f"{collision['latency_ms']:.1f} ms"
-    return where, force, contact, stop, latency, found_by(collision)
+    force, contact = (f"{collision.peak_force_n:.0f} N", f"{collision.contact_s:.3f} s")
+    if collision.stop is None or collision.latency_ms is None:
+        colour = "yellow" if collision.verdict == NOT_TESTED else "red"
+        return where, force, contact, "", "", f"[{colour}]{collision.verdict}[/{colour}]"
+    stop, latency = f"{collision.stop.time_s:.3f} s", f"{collision.latency_ms:.1f} ms"
+    return where, force, contact, stop, latency, _found_by(collision)
 
 
-def found_by(collision: dict[str, Any]) -> str:
-    """The joint whose index found it, or the reason if no joint did."""
-    return f"joint {collision['joint']}" if collision["joint"] else spoken(collision["reason"])
+def _found_by(collision: Collision) -> str:
+    """The joint whose index found it, the reason if no joint did, or nothing if it was not found."""
+    if collision.stop is None:
+        return ""
+    return f"joint {collision.stop.joint}" if collision.stop.joint else spoken(reason_name(collision.stop))
 
 
-def _lines(report: dict[str, Any]) -> Iterator[str]:
-    name, alone, hashes = _name(report), report["residual_alone"], report["hashes"]
-    colour = {"passed": "green", "failed": "red", "incomplete": "yellow"}[report["verdict"]]
+def _lines(judgement: Judgement) -> Iterator[str]:
+    alone, about = judgement.residual_alone, judgement.installation
+    colour = {"passed": "green", "failed": "red", "incomplete": "yellow"}[judgement.verdict]
     yield ""
     yield (
-        f"[bold]{name}[/bold] [{colour}]{report['verdict']}[/{colour}]: {report['false_stops']} false stops; without a "
-        f"collision the index stayed below {report['peak_index_free_nm']:.2f} Nm, r reached "
-        f"{report['peak_residual_free_nm']:.2f} Nm"
+        f"[bold]{judgement.name}[/bold] [{colour}]{judgement.verdict}[/{colour}]: {judgement.false_stops} false stops; "
+        f"without a collision the index stayed below {judgement.peaks.largest_index_nm:.2f} Nm, r reached "
+        f"{judgement.peaks.largest_residual_nm:.2f} Nm"
     )
-    for reason in report["why"]:
-        yield f"  [{colour}]{reason}[/{colour}]" + ("; the robot stopped by itself" if report["ended"] else "")
-    limit = report["threshold_nm"]
-    if alone["false_stops"]:
+    for reason in judgement.why:
+        yield f"  [{colour}]{reason}[/{colour}]" + ("; the robot stopped by itself" if judgement.ended else "")
+    limit = threshold_of(judgement)
+    if alone.first_s is not None:
         yield (
-            f"  the same threshold of {limit} Nm on r alone would have stopped the robot {alone['false_stops']} times "
-            f"without a collision, first at {alone['first_s']:.3f} s"
+            f"  the same threshold of {limit} Nm on r alone would have stopped the robot {alone.false_stops} times "
+            f"without a collision, first at {alone.first_s:.3f} s"
         )
     else:
         yield f"  the same threshold of {limit} Nm on r alone would not have stopped the robot without a collision"
-    for fault in report["faults"]:
-        stopped = f"stopped after {fault['latency_ms'] or 0.0:.0f} ms by {spoken(fault['reason'] or '')}"
-        done = stopped if fault["verdict"] == "stopped" else fault["verdict"]
-        yield f"  fault '{fault['kind']}' of joint {fault['joint']} at {fault['start_s']:.3f} s: {done}"
-    for stop in report["stops"]:
-        again = stop["permitted_again_s"]
-        back = "did not come back" if again is None else f"came back at {again:.3f} s"
-        joint = f", joint {stop['joint']}" if stop["joint"] else ""
-        why = f"{spoken(stop['reason'])}{joint}; {_CAUSES[stop['cause']]}"
-        yield f"  permission ended at {stop['time_s']:.3f} s ({why}) and {back}"
-    for line in report["assumed"]:
+    yield from map(_fault_line, judgement.faults)
+    yield from map(_loss_line, judgement.losses)
+    for line in about.assumed:
         yield f"  assumed: {line}"
-    if "real_time" in report:
-        yield f"  {_real_time(report['real_time'])}"
-    if report["guard"]["whose"] == "bus":
-        yield "  the guard is the bus's: " + "; ".join(report["guard"]["differences"] or ["configured as the scenario"])
-    about = f"{report['robot']}, {report['rate_hz']:g} Hz {report['format']}, seed {report['seed']}"
-    yield f"  {about}; {provenance_line(hashes)}"
+    if judgement.real_time is not None:
+        yield f"  {_real_time(judgement.real_time)}"
+    if about.guard is not None:
+        yield "  the guard is the bus's: " + "; ".join(about.differences or ["configured as the scenario"])
+    run = f"{about.robot}, {about.rate_hz:g} Hz {about.format}, seed {about.seed}"
+    yield f"  {run}; {provenance_line(about.hashes)}"
 
 
-def _real_time(kept: dict[str, Any]) -> str:
+def _fault_line(effect: FaultEffect) -> str:
+    done: str = effect.verdict
+    if effect.stop is not None and effect.latency_ms is not None:
+        done = f"stopped after {effect.latency_ms:.0f} ms by {spoken(reason_name(effect.stop))}"
+    fault = effect.fault
+    return f"  fault '{fault.kind}' of joint {fault.joint} at {fault.start_s:.3f} s: {done}"
+
+
+def _loss_line(loss: Loss) -> str:
+    again, stop = loss.permitted_again_s, loss.stop
+    back = "did not come back" if again is None else f"came back at {again:.3f} s"
+    joint = f", joint {stop.joint}" if stop.joint else ""
+    why = f"{spoken(reason_name(stop))}{joint}; {_CAUSES[loss.cause]}"
+    return f"  permission ended at {stop.time_s:.3f} s ({why}) and {back}"
+
+
+def _real_time(kept: Kept) -> str:
     """How well the pace was kept, with deviations in red."""
-    late, silent = kept["late_cycles"], kept["permission_not_in_time"]
-    slower = kept["times_slower_than_real"]
+    slower = kept.times_slower_than_real
     return (
-        f"real time, {kept['period_us']} us: {_red(late)} of {kept['cycles']} cycles began late by more than half a "
-        f"period (p99 {kept['p99_lateness_us']:.0f} us, at most {kept['largest_lateness_us']:.0f} us), "
-        f"{_red(kept['skipped_periods'])} periods skipped, {_red(silent)} times no permission in time; "
-        f"took {1.0 if slower is None else slower:.3f} of its time"
+        f"real time, {kept.period_us} us: {_red(kept.late_cycles)} of {kept.cycles} cycles began late by more than "
+        f"half a period (p99 {kept.p99_lateness_s * 1e6:.0f} us, at most {kept.largest_lateness_s * 1e6:.0f} us), "
+        f"{_red(kept.skipped_periods)} periods skipped, {_red(kept.permission_not_in_time)} times no permission in "
+        f"time; took {1.0 if slower is None else slower:.3f} of its time"
     )
 
 
