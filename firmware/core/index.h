@@ -41,7 +41,8 @@ typedef enum {
     INDEX_RESIDUAL = 1, /* no columns: everything is unexplained */
     INDEX_PAYLOAD = 2,
     INDEX_CONTACT = 3,
-    INDEX_REGRESSOR = 4
+    INDEX_REGRESSOR = 4,
+    INDEX_KIND_COUNT
 } index_kind_t;
 
 typedef enum { ORDER_FILTER_FIRST = 1, ORDER_PROJECT_FIRST = 2 } index_order_t;

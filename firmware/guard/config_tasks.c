@@ -1,5 +1,10 @@
 #include "config_parts.h"
 
+/* An index of the payload, or one that this file does not know: the bounds of the payload apply. */
+static bool is_of_payload(const index_config_t *index) {
+    return (index->kind != (uint32_t)INDEX_RESIDUAL) && (index->kind != (uint32_t)INDEX_CONTACT);
+}
+
 static bool limits_are_valid(const guard_config_t *config, const task_config_t *task) {
     const explained_config_t *const limits = &task->limits;
     uint32_t saturations = 0;
@@ -8,7 +13,7 @@ static bool limits_are_valid(const guard_config_t *config, const task_config_t *
         const num_t torque_max = config->robot.joint[i].torque_max_nm;
         valid = valid && is_up_to(limits->residual_max_nm[i] / (int32_t)CONFIG_RESIDUAL_SHARE, torque_max);
     }
-    if ((task->index.kind == (uint32_t)INDEX_PAYLOAD) || (task->index.kind == (uint32_t)INDEX_REGRESSOR)) {
+    if (is_of_payload(&task->index)) {
         valid = valid && is_up_to(limits->mass_max_kg, NUM(CONFIG_MASS_MAX_KG)) &&
                 is_zero_up_to(limits->arm_max_m, NUM(CONFIG_ARM_MAX_M)) &&
                 is_up_to(limits->force_slack_n, NUM(CONFIG_FORCE_SLACK_MAX_N)) &&
@@ -82,7 +87,7 @@ static bool has_no_axes(const index_config_t *index) {
 
 static bool index_is_valid(const guard_config_t *config, const index_config_t *index) {
     if (index->kind != (uint32_t)INDEX_CONTACT) {
-        return (index->kind <= (uint32_t)INDEX_REGRESSOR) && (index->components == 0u) && (index->fast == 0u) &&
+        return (index->kind < (uint32_t)INDEX_KIND_COUNT) && (index->components == 0u) && (index->fast == 0u) &&
                (index->frame == (uint32_t)FRAME_TIP) && has_no_axes(index);
     }
     const bool soft = config->subspace.projector == (uint32_t)PROJECTOR_SOFT;
@@ -120,9 +125,7 @@ static guard_status_t check_task(const guard_config_t *config, const task_config
     if ((task->index.kind == (uint32_t)INDEX_CONTACT) && (joints <= count_bits(task->index.components))) {
         return GUARD_CONTACT_NEEDS_JOINTS;
     }
-    const bool payload =
-        (task->index.kind == (uint32_t)INDEX_PAYLOAD) || (task->index.kind == (uint32_t)INDEX_REGRESSOR);
-    if (payload && (joints < CONFIG_PAYLOAD_MIN_JOINTS)) {
+    if (is_of_payload(&task->index) && (joints < CONFIG_PAYLOAD_MIN_JOINTS)) {
         return GUARD_PAYLOAD_NEEDS_6_JOINTS;
     }
     if (!limits_are_valid(config, task)) {

@@ -13,6 +13,7 @@ import pytest
 from tauperp import robot
 from tauperp.config import NUMERICS, Numeric, load_configuration
 from tauperp.config.block import MAX_GAP, block_dtype, observer_constants, pack
+from tauperp.config.indexes import INDEXES
 from tauperp.errors import InputError
 from tauperp.firmware import load_library
 from tauperp.robot.table import make_table
@@ -68,6 +69,11 @@ def test_every_field_lies_where_the_firmware_has_it() -> None:
     kind = block_dtype("float32")
     assert kind.itemsize == ffi.sizeof("guard_config_t")
     assert numpy_offsets(kind) == c_offsets(ffi, ffi.typeof("guard_config_t"))
+
+
+def test_every_index_of_the_firmware_has_a_name() -> None:
+    kinds = {index.kind for index in INDEXES.values()}
+    assert kinds == set(range(load_library("float32").lib.INDEX_KIND_COUNT))
 
 
 def test_both_numeric_types_have_one_layout() -> None:

@@ -22,7 +22,7 @@ static void test_a_task_that_cannot_detect_is_refused(void) {
     assert_status(GUARD_BAD_TASK);
     config.task[TASK_NONE].detector.debounce_ticks = 0u;
     assert_status(GUARD_BAD_TASK);
-    config.task[TASK_NONE].index.kind = INDEX_REGRESSOR + 1u;
+    config.task[TASK_NONE].index.kind = INDEX_KIND_COUNT;
     assert_status(GUARD_BAD_TASK);
     config.task[TASK_CONTACT].index.components = 0u;
     assert_status(GUARD_BAD_TASK);

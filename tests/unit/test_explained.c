@@ -117,6 +117,22 @@ static void test_the_estimate_of_a_regressor_is_as_soft_as_its_columns_are_in_nm
     regressor_init(&regressor);
 }
 
+static void test_every_index_that_explains_torque_has_columns_and_limits(void) {
+    const double force[6] = {0.0, 0.0, 300.0, 0.0, 0.0, 0.0};
+    for (uint32_t kind = INDEX_RESIDUAL + 1u; kind < (uint32_t)INDEX_KIND_COUNT; ++kind) {
+        setUp();
+        config.projector = (uint32_t)PROJECTOR_SOFT;
+        task =
+            (index_config_t){.kind = kind, .components = (kind == (uint32_t)INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
+        regressor.column[0][3] = NUM(0.3);
+        regressor.torque[3] = NUM(30);
+        hold_wrench(force, 400u);
+        TEST_ASSERT_TRUE(index_state.columns > 0u);
+        TEST_ASSERT_TRUE(explained.tripped);
+    }
+    regressor_init(&regressor);
+}
+
 static void test_a_payload_within_its_limits_is_permitted(void) {
     const double w[6] = {0.0, 0.0, -3.0 * 9.81, 1.0, 2.0, 0.0};
     task = (index_config_t){.kind = INDEX_PAYLOAD};
@@ -236,6 +252,7 @@ static void test_what_is_explained_sideways_is_bounded_by_the_acceleration(void)
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_largest_limits_can_be_exceeded);
+    RUN_TEST(test_every_index_that_explains_torque_has_columns_and_limits);
     RUN_TEST(test_a_payload_within_its_limits_is_permitted);
     RUN_TEST(test_a_clamped_hand_under_the_gripper_is_no_payload);
     RUN_TEST(test_a_moment_that_no_payload_has_is_too_much);

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tauperp.config import Configuration
-from tauperp.config.configuration import components_of
-from tauperp.config.settings import COMPONENTS, Task
+from tauperp.config.indexes import COMPONENTS, components_of
+from tauperp.config.settings import Task
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -54,7 +54,9 @@ def sizes(coefficients: FloatArray, task: Task, lever_m: float) -> tuple[FloatAr
     if task.index == "d_r":
         moment = MOMENT_UNIT_NM * np.linalg.norm(coefficients[:, 1:4], axis=1)
         return MASS_N * np.abs(coefficients[:, 0]), np.maximum(moment, INERTIA_NM * np.abs(coefficients[:, 4]))
-    components = sorted(components_of(task), key=lambda name: (name not in task.fast, COMPONENTS[name]))
+    components = sorted(
+        components_of(task.index, task.components), key=lambda name: (name not in task.fast, COMPONENTS[name])
+    )
     if not components:
         return None
     forces = [column for column, name in enumerate(components) if name.startswith("f")]

@@ -19,7 +19,8 @@ from tauperp.config.block import (
     pack,
     passing_channel,
 )
-from tauperp.config.settings import COMPONENTS, TASKS, Channel, Component, Settings, Task
+from tauperp.config.indexes import COMPONENTS, INDEXES, components_of, explained_directions, is_blind
+from tauperp.config.settings import TASKS, Channel, Settings, Task
 from tauperp.errors import InputError
 from tauperp.robot.table import make_table
 from tauperp.toml import validate
@@ -28,7 +29,6 @@ from tauperp.wire import Wire
 if TYPE_CHECKING:
     from tauperp.robot import Robot
 
-_INDEXES = {"off": 0, "r": 1, "d_p": 2, "d_e": 3, "d_f": 3, "d_r": 4}
 _ORDERS = {"filter_first": 1, "project_first": 2}
 _PROJECTORS = {"hard": 1, "soft": 2}
 _CHANNELS_OF = {"unexplained": 0, "sudden": 1}
@@ -43,33 +43,9 @@ SENSOR_SHARE = 4  # offset and friction are at most the torque limit over this: 
 RESIDUAL_SHARE = 2  # a limit on |r| is at most the torque limit times this: CONFIG_RESIDUAL_SHARE
 FORCE_LIMIT_N = 400.0  # EXPLAINED_FORCE_LIMIT
 SOFT_MIN = 0.004  # of a soft projector's tolerance
-ALL_COMPONENTS: tuple[Component, ...] = ("fx", "fy", "fz", "mx", "my", "mz")
 DEBOUNCE_MAX_S = 0.1
 
 LOAD_LIMIT = 0.9  # of the bus at worst; above, a burst of errors has no room left to be repeated in
-
-# Dimensions that the task explains (columns of eqs. 7 and 20): an arm needs more joints for anything to be left over.
-_EXPLAINED = {"off": 0, "r": 0, "d_p": 5, "d_r": 5, "d_e": 6}
-
-
-def components_of(task: Task) -> tuple[Component, ...]:
-    """The wrench components that a contact explains; none for another index."""
-    return ALL_COMPONENTS if task.index == "d_e" else tuple(task.components) if task.index == "d_f" else ()
-
-
-def explained_directions(task: Task) -> int:
-    """Number of directions of torque that the task explains at most."""
-    return len(set(task.components)) if task.index == "d_f" else _EXPLAINED[task.index]
-
-
-def is_blind(task: Task, joints: int) -> bool:
-    """True if the task explains every direction of an arm with this many joints."""
-    return task.index not in ("off", "r") and joints <= explained_directions(task)
-
-
-def index_is_blind(index: str, joints: int) -> bool:
-    """The same for an index without components."""
-    return 0 < joints <= _EXPLAINED[index]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -135,7 +111,7 @@ class Configuration:
         if task.index != "d_f" and (task.components or task.frame != "base" or any(task.point_m)):
             self._refuse(f"{place}.index", f"components, frame and point_m belong to d_f, not to {task.index}")
         if task.fast:
-            if not set(task.fast) <= set(components_of(task)):
+            if not set(task.fast) <= set(components_of(task.index, task.components)):
                 self._refuse(f"{place}.fast", "names a component that the task does not explain")
             if self.settings.subspace.projector != "soft":
                 self._refuse(f"{place}.fast", "needs the soft projector")
@@ -146,10 +122,10 @@ class Configuration:
         task, n = self.settings.task[name], self.robot.n
         place = f"task.{name}.threshold_nm"
         self._check_components(name)
-        if is_blind(task, n):
+        if is_blind(task.index, n, task.components):
             self._refuse(
                 f"task.{name}.index",
-                f"{task.index} explains {explained_directions(task)} directions, "
+                f"{task.index} explains {explained_directions(task.index, task.components)} directions, "
                 f"so with the {n} joints of {self.robot.name} the guard would detect nothing; use 'r' or 'off'",
             )
         if task.index == "off":
@@ -363,8 +339,8 @@ class Configuration:
 
     def _index_values(self, task: Task) -> dict[str, Any]:
         values: dict[str, Any] = {
-            "kind": _INDEXES[task.index],
-            "components": sum(1 << COMPONENTS[name] for name in set(components_of(task))),
+            "kind": INDEXES[task.index].kind,
+            "components": sum(1 << COMPONENTS[name] for name in set(components_of(task.index, task.components))),
             "fast": sum(1 << COMPONENTS[name] for name in set(task.fast)),
         }
         if task.frame == "tool" or any(task.point_m):

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tauperp.config.configuration import Configuration, is_blind
+from tauperp.config.configuration import Configuration
+from tauperp.config.indexes import is_blind
 from tauperp.config.settings import TASKS, RobotChoice, Settings
 from tauperp.errors import InputError
 from tauperp.toml import read_toml, validate
@@ -51,7 +52,7 @@ def load_configuration(
     for task in TASKS:
         chosen = settings.task[task]
         asked_for = not is_preset and "index" in own.get("task", {}).get(task, {})
-        if is_blind(chosen, arm.n) and not asked_for:
+        if is_blind(chosen.index, arm.n, chosen.components) and not asked_for:
             off = settings.task.model_copy(update={task: chosen.model_copy(update={"index": "off", "fast": []})})
             settings = settings.model_copy(update={"task": off})
     return Configuration(settings, arm, Wire.read(), name)

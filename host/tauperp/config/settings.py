@@ -8,18 +8,16 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from tauperp.config.block import MAX_CHANNELS, MAX_GAP, MAX_JOINTS
+from tauperp.config.indexes import Component, IndexName
 from tauperp.toml import Table
 
 TaskName = Literal["none", "payload", "contact"]
-IndexName = Literal["off", "r", "d_p", "d_r", "d_e", "d_f"]
-Component = Literal["fx", "fy", "fz", "mx", "my", "mz"]
 StopCategory = Literal[0, 1, 2]
 EarlyStop = Literal[0, 1]  # holding under power is for a collision only
 
 MAX_INPUT_CYCLES = 15  # the E2E counter of Sync and TaskCommand cannot tell more
 
 TASKS: dict[TaskName, int] = {"none": 1, "payload": 2, "contact": 3}  # numbers as on the wire
-COMPONENTS: dict[Component, int] = {"fx": 0, "fy": 1, "fz": 2, "mx": 3, "my": 4, "mz": 5}  # bits of index_config_t
 MAX_MORE = 3  # the installation's own tasks, with the numbers 4, 5 and 6
 
 

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from tauperp.config import TASKS, Configuration, load_configuration, preset_names
-from tauperp.config.configuration import index_is_blind
+from tauperp.config.indexes import is_blind
 from tauperp.errors import InputError
 from tauperp.robot import Robot
 from tauperp.run.reach import within_wire
@@ -219,7 +219,7 @@ def _check(table: ScenarioTable, robot: Robot, configuration: Configuration, sou
         if configuration.settings.task[phase.task].index == "off":
             off = f"'{phase.task}' is off in {configuration.source} for {robot.name}"
             index = {"payload": "d_p", "contact": "d_e"}.get(phase.task, "r")
-            if index_is_blind(index, robot.n):
+            if is_blind(index, robot.n):
                 off += f": with {robot.n} joints {index} is zero for every force, so the guard would detect nothing"
             refuse(f"{place}.task", off)
         for step, one in enumerate(phase.do):
