@@ -52,7 +52,7 @@ def test_help_names_every_option() -> None:
         (["--channel", "vcan0", "--robot", "ku_dex", "--config", "/"], "/: "),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(block: Path, arguments: list[str], message: str) -> None:
+def test_bad_input_gives_one_line_and_exit_code_2(block: Path, arguments: list[str], message: str) -> None:
     result = run_guard(*(argument.format(block=block) for argument in arguments))
     assert (result.returncode, result.stdout) == (2, "")
     assert re.search(message, result.stderr)

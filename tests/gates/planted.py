@@ -153,7 +153,7 @@ PLANTS = [
         "PLANTED",
     ),
     Plant(
-        "tests/host/test_release.py::test_the_version_has_one_place_and_the_citation_follows_it",
+        "tests/host/test_release.py::test_the_version_is_defined_once_and_the_citation_agrees",
         "CITATION.cff",
         "\nversion: ",
         "\nversion: 9",

@@ -1,4 +1,4 @@
-"""Runs recorded as bus logs, for the tests of recording and replay: what they are of, read, written and replayed."""
+"""Bus logs for the tests of recording and replay: their scenario, and how to read, write and replay them."""
 
 from collections.abc import Iterable
 from pathlib import Path

@@ -11,7 +11,7 @@ from tauperp.cli import main
 
 @pytest.fixture(scope="session")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a scenario of one collision, run once in either frame format and recorded as candump does."""
+    """A folder with a scenario of one collision, run once in each frame format and recorded as candump does."""
     folder = tmp_path_factory.mktemp("logs")
     for form in ("fd", "classic"):
         assert main(["run", str(scenario(folder, form)), "--record", str(folder / f"{form}.log"), "--json"]) == 0
@@ -20,7 +20,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def write(tmp_path: Path) -> Callable[[str], Path]:
-    """write(text): a file with this text, URDF or MJCF by what is in it."""
+    """write(text) makes a file with this text; the text decides between URDF and MJCF."""
 
     def writer(text: str) -> Path:
         path = tmp_path / ("robot.urdf" if "<robot" in text else "robot.xml")

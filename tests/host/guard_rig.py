@@ -1,6 +1,6 @@
 """An arm that stands still and a board's loop around the compiled guard, for tests of faults.
 
-A tick permits motion only if a snapshot was evaluated lately: every tick of the rig asserts it.
+Every tick of the rig asserts that motion is permitted only if a snapshot was evaluated recently.
 """
 
 import dataclasses
@@ -94,14 +94,14 @@ class Rig:
         ]
 
     def advance(self, stride: int = 1) -> None:
-        """To the next cycle, by the guard's clock and the controller's number."""
+        """Advance to the next cycle: the guard's clock and the controller's cycle number."""
         self.clock_us += self.period_us * self.clock_rate
         self.cycle += stride
 
     def all_frames(self) -> Frames:
         return [self.sync(), self.task(), *self.joints()]
 
-    def hear(self, frames: Iterable[can.Message]) -> None:
+    def receive(self, frames: Iterable[can.Message]) -> None:
         for frame in frames:
             self.guard.receive(frame, int(self.clock_us))
 
@@ -109,7 +109,7 @@ class Rig:
         verdict = self.verdict = self.guard.tick(int(self.clock_us))
         self.since_evaluated = 0 if verdict.fresh else self.since_evaluated + 1
         if verdict.permitted:
-            assert self.since_evaluated <= JOINT_DEADLINE, "permitted, but nothing was evaluated"
+            assert self.since_evaluated <= JOINT_DEADLINE, "permitted without an evaluation"
             assert verdict.frames[0].data[2] == 0xE1
         else:
             assert verdict.frames[0].data[2] != 0xE1
@@ -117,16 +117,16 @@ class Rig:
 
     def step(self, stride: int = 1) -> Verdict:
         self.advance(stride)
-        self.hear(self.all_frames())
+        self.receive(self.all_frames())
         return self.tick()
 
     def resets(self) -> Callable[[], None]:
-        """Each call is one frame of a square wave of Request, for the trip number that the guard reports."""
+        """A function that sends one GuardReset per call: a square wave of Request with the trip number of the guard."""
         requests = itertools.cycle((0, 0, 1))
 
         def ask() -> None:
             number = self.verdict.trip_number if self.verdict else 0
-            self.hear([self.frame("GuardReset", Request=next(requests), TripNumber=number)])
+            self.receive([self.frame("GuardReset", Request=next(requests), TripNumber=number)])
 
         return ask
 

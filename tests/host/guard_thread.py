@@ -18,8 +18,8 @@ SYNC, STOP_COMMAND = 0x020, 0x010
 class GuardThread(threading.Thread):
     """The library's guard in lockstep on a virtual bus, as an external guard.
 
-    `mute_from`, `restart_at` are cycles; `delays_s` are slept before the answer to a cycle. One that is `alone` does
-    not hear what other guards say.
+    `mute_from` and `restart_at` are cycles; `delays_s` is the delay before the answer to a cycle. With `alone` the
+    guard receives no StopCommand of other guards.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class GuardThread(threading.Thread):
                     guard, first = Guard(self._block, variant=self._variant), cycle
             if frame is not None and not (self._alone and frame.arbitration_id == STOP_COMMAND):
                 guard.receive(frame, cycle * PERIOD_US)
-            # The first frames of all are a reference, so they complete no cycle: silence does.
+            # The first frame of each sender is only a reference, so the first cycle stays incomplete: silence ends it.
             if guard.cycle_complete() or (frame is None and cycle == first):
                 first = -2
                 time.sleep(self._delays_s.get(cycle, 0.0))

@@ -1,4 +1,4 @@
-"""A robot and a guard that say what a script tells them to, frame by frame as the wire has it.
+"""The frames of a robot and a guard, cycle by cycle, with the values that a script states.
 
 As a program: plays a script on python-can's virtual bus from a thread, and runs `tauperp` on the same bus.
 
@@ -130,7 +130,7 @@ class Feed:
 
 
 def play(bus: can.BusABC, script: Script, rate_hz: float = 500.0) -> None:
-    """For ever, in real time. Late cycles are sent afterwards, so that the mean rate is correct."""
+    """Send the cycles for ever, in real time. Late cycles follow at once, so that the mean rate is correct."""
     feed, begin, cycle = Feed(Wire.read()), time.monotonic(), 0
     while True:
         for frame in feed.frames(script):

@@ -1,6 +1,6 @@
-"""The default preset with the plainest mathematics: one first-order channel and the hard projector.
+"""The default preset with one first-order channel and the hard projector.
 
-So what an index is has a closed form.
+The index then has a closed form.
 """
 
 from pathlib import Path

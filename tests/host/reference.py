@@ -12,7 +12,7 @@ from tauperp.robot.spatial import Array
 class Reference:
     """Observer, projection, limits and detector of one installation in the paper's order, one cycle after the other.
 
-    For torques that are means over a cycle, which is what the paper's preset has.
+    Valid for torques that are means over a cycle, as in the paper's preset.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -41,7 +41,10 @@ class Reference:
         self.index = np.zeros(n)
 
     def step(self, q: Array, qd: Array, tau: Array, task: int, acceleration: Array, gap: int) -> bool:
-        """True if this is a collision, or more than the task can explain. `gap`: cycles since the last step."""
+        """True if this is a collision, or if the explained part exceeds the limits of the task.
+
+        `gap`: cycles since the last step.
+        """
         terms = self._read(q, qd)
         drift = terms.coriolis - terms.gravity
         velocity = terms.jacobian[:3] @ qd
@@ -51,7 +54,9 @@ class Reference:
         else:
             decay = self._decay**gap
             momentum, drift_before, tau_before = self._before
-            share = (gap - 1) / (2 * gap)  # of the mean torque before a gap, if it changed linearly
+            share = (gap - 1) / (
+                2 * gap
+            )  # weight of the first torque in the mean over a gap, if the torque changed linearly
             mean = share * tau_before + (1 - share) * tau + (drift + drift_before) / 2
             span = gap * self._period_s
             rest = mean - (terms.momentum - momentum) / span
@@ -91,7 +96,7 @@ class Reference:
         return np.eye(len(columns)) - explained @ explained.T
 
     def _exceeds(self, columns: Array, explained: Array, across: float, total: float) -> bool:
-        """Whether the explained part is more than the task can be; explained.h."""
+        """Whether the explained part exceeds the limits of the task, as in explained.h."""
         task, k = self._task[self._in_force], columns.shape[1]
         limits, lever = task.limits, self._subspace.lever_m
         soft = self._subspace.softness_nm_per_n**2 * np.eye(k)

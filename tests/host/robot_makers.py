@@ -14,7 +14,7 @@ def random_rotation(random: np.random.Generator) -> Array:
 
 
 def random_inertia(random: np.random.Generator, mass: float) -> Array:
-    """Inertia of three point masses and a solid part: physical for any numbers."""
+    """Inertia of three point masses and a solid part: physically possible for any numbers."""
     points = random.normal(scale=0.08, size=(4, 3))
     inertia = sum((p @ p) * np.eye(3) - np.outer(p, p) for p in points)
     return mass / 4.0 * inertia + 1e-4 * mass * np.eye(3)

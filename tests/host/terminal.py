@@ -81,14 +81,14 @@ class Terminal:
                 return self.text
             if self.program.poll() is not None:
                 break
-        raise AssertionError(f"this did not come:\n{self.text}")
+        raise AssertionError(f"the wait timed out at:\n{self.text}")
 
     def wait_for_words(self, *words: str) -> str:
         """The screen as soon as it contains all `words`."""
         return self.wait_for(lambda text: all(word in text for word in words))
 
     def press_ctrl_c(self) -> int:
-        """Like the key: the terminal itself sends the signal. Returns the exit code."""
+        """As the key does: the terminal itself sends the signal. Returns the exit code."""
         os.write(self._master, b"\x03")
         return self.wait()
 
@@ -111,7 +111,7 @@ class Terminal:
             return False
         try:
             data = os.read(self._master, 65536)
-        except OSError:  # Linux reports this way that no process has it open
+        except OSError:  # Linux reports in this way that no process has the terminal open
             return False
         text = self._decoder.decode(data)
         self.output += text

@@ -59,7 +59,7 @@ def test_a_line_that_no_counting_program_prints_is_an_error() -> None:
         images.read_counts([["HARD", "FAULT"]], {})
 
 
-def test_growth_by_one_percent_passes_and_by_more_does_not() -> None:
+def test_growth_of_one_percent_passes_and_of_more_does_not() -> None:
     before = counted(1000, 1500)
     assert grown(counted(1010, 1515), before, "m4f.float") == []
     found = grown(counted(1011, 1515), before, "m4f.float")
@@ -74,18 +74,18 @@ def test_flash_memory_and_stack_that_grow_do_not_pass(size: str) -> None:
     assert grown(now, before, "m4f.float") == [f"m4f.float.{size}: {now[size]}, the baseline is {before[size]}"]
 
 
-def test_what_shrinks_passes() -> None:
+def test_smaller_figures_pass() -> None:
     assert grown(counted(500, 700), counted(1000, 1500), "m4f.float") == []
 
 
-def test_how_many_states_lose_rank_or_are_permitted_is_not_judged() -> None:
+def test_counts_of_states_are_not_judged() -> None:
     now = counted()
     now["permitted_ticks"] += 5000
     now["contact"]["rank_deficient"] += 5000
     assert grown(now, counted(), "m4f.float") == []
 
 
-def test_a_number_that_is_not_counted_any_more_does_not_pass() -> None:
+def test_a_number_that_is_no_longer_counted_does_not_pass() -> None:
     now = counted()
     del now["contact"]["stages"]["index"]
     assert grown(now, counted(), "m4f") == ["m4f.contact.stages.index is in the baseline and was not counted"]
@@ -104,7 +104,7 @@ def test_a_target_without_a_baseline_does_not_pass() -> None:
     assert verdict.failures == ["m4f.fixed has no baseline"]
 
 
-def test_another_compiler_is_said_and_not_compared() -> None:
+def test_counts_of_another_compiler_are_reported_and_not_compared() -> None:
     results = {"m4f": {"float": counted(2000, 3000)}}
     verdict = judge(results, {"m4f": "gcc 13.2.0"}, baseline_of(counted()), "ubuntu 24.04")
     assert (verdict.passed, verdict.failed, verdict.failures) == (0, 0, [])
@@ -112,7 +112,7 @@ def test_another_compiler_is_said_and_not_compared() -> None:
 
 
 def test_on_the_baselines_own_system_another_compiler_is_not_optional() -> None:
-    """Otherwise CI would pass without comparing anything."""
+    """Otherwise CI would pass without a comparison."""
     verdict = judge({"m4f": {"float": counted()}}, {"m4f": "gcc 12.3.0"}, baseline_of(counted()), "debian 12")
     assert verdict.skipped == ["counts on m4f: the baseline is by gcc 12.2.0, these by gcc 12.3.0"]
 
@@ -133,7 +133,7 @@ def test_the_committed_baseline_has_every_target_numeric_type_and_case() -> None
             assert counts["painted_stack_bytes"] <= counts["stack_bytes"]
 
 
-def test_of_the_peers_the_one_with_the_lowest_mean_stands_for_a_case() -> None:
+def test_the_peer_with_the_lowest_mean_represents_a_case() -> None:
     slow, fast = counted(3000, 4000), counted(2000, 5000)
     fast["none"] = {**fast["none"], "mean": 9000}
     best = images.best_of({"casadi_svd-O2": slow, "casadi_qr-O3": fast})

@@ -65,7 +65,7 @@ def test_a_call_through_a_pointer_is_refused(tmp_path: Path) -> None:
         worst_stack(compiled(tmp_path, source), ("root",), nothing)
 
 
-def test_a_function_without_a_graph_is_asked_for(tmp_path: Path) -> None:
+def test_a_function_without_a_graph_counts_with_its_given_bound(tmp_path: Path) -> None:
     source = "int helper(int); int root(int n) { return helper(n) + 1; }"
     folder = compiled(tmp_path, source)
     assert worst_stack(folder, ("root",), {"helper": 1000}.__getitem__) == frames(folder)["root"] + 1000
@@ -97,7 +97,7 @@ def test_a_root_without_a_graph_is_an_error(tmp_path: Path) -> None:
         ("subs r0, r0, #4", 0),
     ],
 )
-def test_what_an_instruction_takes_off_the_stack_pointer(instruction: str, size: int) -> None:
+def test_each_instruction_subtracts_its_bytes_from_the_stack_pointer(instruction: str, size: int) -> None:
     mnemonic, _, operands = instruction.partition(" ")
     assert taken(mnemonic, operands) == size
 
@@ -130,7 +130,7 @@ DISASSEMBLY = """
 """
 
 
-def test_a_helpers_bound_has_what_it_calls_and_what_it_falls_into() -> None:
+def test_a_helpers_bound_includes_its_calls_and_the_function_that_it_falls_into() -> None:
     functions = read_functions(DISASSEMBLY, "00008014 T also_behind\n")
     assert bound(functions, "outer") == 8 + 8 + 16
     assert bound(functions, "also_behind") == bound(functions, "behind") == 16

@@ -1,5 +1,5 @@
-"""The build: presets that configure, no more work than a change asks for, a board that is a folder and a row, and a
-machine without CMake."""
+"""The build: every preset configures, a change recompiles only what depends on it, a new board is a folder and one row,
+and CMake may come from the environment."""
 
 import json
 import os
@@ -34,7 +34,7 @@ def run(command: list[str | Path], folder: Path, **environment: str) -> str:
 
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the build of the firmware reads, elsewhere."""
+    """A copy of all files that the build of the firmware reads."""
     folder = tmp_path_factory.mktemp("checkout")
     for name in ("firmware", "cmake", "tools"):
         shutil.copytree(ROOT / name, folder / name)
@@ -94,7 +94,7 @@ def test_a_new_board_is_its_folder_and_one_row(checkout: Path, tmp_path: Path) -
     assert b"mine\0" in (checkout / "build" / "mine.elf").read_bytes()
 
 
-def test_a_machine_without_cmake_takes_that_of_the_environment(checkout: Path, tmp_path: Path) -> None:
+def test_a_machine_without_cmake_uses_that_of_the_environment(checkout: Path, tmp_path: Path) -> None:
     for name in ("sh", "env", "gcc", "cc", "ld", "as", "ar", "ranlib", "python3"):
         (tmp_path / name).symlink_to(sys.executable if name == "python3" else shutil.which(name) or "/missing")
     shutil.rmtree(checkout / "build" / "cmake" / "host", ignore_errors=True)

@@ -28,7 +28,7 @@ def test_without_arguments_the_bus_is_the_virtual_one_and_carries_frames() -> No
     assert received.equals(sent, timestamp_delta=None, check_channel=False, check_direction=False)
 
 
-def test_channels_are_apart() -> None:
+def test_channels_are_separate() -> None:
     with (
         open_bus(parsed("-c", "left", "-i", "virtual")) as left,
         open_bus(interface="virtual", channel="right") as right,
@@ -37,7 +37,7 @@ def test_channels_are_apart() -> None:
         assert right.recv(0.0) is None
 
 
-def test_the_command_line_wins_over_the_callers_options() -> None:
+def test_the_command_line_overrides_the_callers_options() -> None:
     with open_bus(parsed("-i", "virtual", "-c", "named"), interface="socketcan", channel="can0") as bus:
         assert "named" in bus.channel_info
 
@@ -51,7 +51,7 @@ def test_the_command_line_wins_over_the_callers_options() -> None:
         (("-c", "can7"), "CAN bus can7: no interface is given"),
     ],
 )
-def test_a_bus_that_does_not_exist_is_one_line_that_says_which(arguments: tuple[str, ...], place: str) -> None:
+def test_a_missing_bus_gives_one_line_that_names_it(arguments: tuple[str, ...], place: str) -> None:
     with pytest.raises(InputError) as caught:
         open_bus(parsed(*arguments))
     message = str(caught.value)
@@ -60,7 +60,7 @@ def test_a_bus_that_does_not_exist_is_one_line_that_says_which(arguments: tuple[
     assert "\n" not in message
 
 
-def test_the_command_says_it_once(capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reports_a_missing_bus_once(capfd: pytest.CaptureFixture[str]) -> None:
     """In a separate process: python-can's log goes to its default handlers."""
     command = [sys.executable, "-m", "tauperp.cli", "monitor", "--once", "-i", "socketcan", "-c", "nosuchcan0"]
     assert subprocess.run(command, check=False).returncode == 2
@@ -70,7 +70,7 @@ def test_the_command_says_it_once(capfd: pytest.CaptureFixture[str]) -> None:
     assert output.err.startswith("tauperp: CAN bus socketcan nosuchcan0: ")
 
 
-def test_a_driver_that_breaks_is_one_line_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_driver_that_fails_gives_one_line_too(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(**_: object) -> can.BusABC:
         raise NameError("name 'canOpen' is not defined")  # what python-can's kvaser raises without its library
 
@@ -88,7 +88,7 @@ def test_frame_lengths_are_the_published_worst_cases() -> None:
     """Classic, 8 bytes: 135 bits with intermission (Davis, Burns, Bril and Lukkien 2007, eq. 1, standard ids)."""
     assert [classic_bits(length).nominal for length in range(9)] == [55 + 10 * length for length in range(9)]
     assert classic_bits(8).data == 0
-    # ISO 11898-1:2015 for 8 bytes: 17 bits of arbitration with 4 stuff bits and 15 behind the CRC, and
+    # ISO 11898-1:2015 for 8 bytes: 17 bits of arbitration with 4 stuff bits and 15 after the CRC, and
     # ESI, DLC, 64 data bits, 17 stuff bits, stuff count, CRC-17 and its 6 fixed stuff bits at the higher rate.
     assert fd_bits(8).nominal == 17 + 4 + 15
     assert fd_bits(8).data == 1 + 4 + 64 + 17 + 4 + 17 + 6
@@ -114,6 +114,6 @@ def test_the_load_grows_with_joints_and_rate_and_falls_with_the_bit_rate() -> No
 
 
 @pytest.mark.parametrize("joints", [0, 9])
-def test_a_load_of_no_robot_is_refused(joints: int) -> None:
+def test_the_bus_load_of_no_or_too_many_joints_is_refused(joints: int) -> None:
     with pytest.raises(InputError, match="bus load"):
         worst_case_load(Wire.read(), joints=joints, rate_hz=500, fd=False)

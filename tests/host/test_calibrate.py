@@ -1,4 +1,4 @@
-"""Calibration: its results for arms with known errors, what it refuses, and real recordings."""
+"""Calibration: results for arms with known errors, refused recordings, and real recordings."""
 
 import csv
 import re
@@ -71,7 +71,7 @@ def test_offsets_and_friction_are_found(found: Calibration) -> None:
     assert found.correction.friction_nm == pytest.approx(FRICTION, abs=0.05)
 
 
-def test_the_firmware_takes_off_what_was_found(found: Calibration) -> None:
+def test_the_firmware_subtracts_the_offsets_and_friction_found(found: Calibration) -> None:
     settings = found.configuration.settings.sensor
     assert np.abs(np.array(settings.offset_nm) - OFFSET).max() < 0.04
     largest = found.tasks[0].fitted_maxima.max(axis=0)
@@ -84,13 +84,13 @@ def test_thresholds_hold_on_motion_of_the_same_kind(found: Calibration) -> None:
         assert (task.threshold_nm >= task.fitted_maxima.max(axis=0)).all()
 
 
-def test_no_fewer_alarms_are_promised_than_the_held_out_time_supports(found: Calibration) -> None:
+def test_the_promised_alarm_rate_is_no_lower_than_the_held_out_time_supports(found: Calibration) -> None:
     hours = found.tasks[0].held_hours
     assert found.promised_per_hour == pytest.approx(3 / hours)
     assert found.promised_per_hour > found.wanted_per_hour
 
 
-def test_a_slow_joint_is_named_in_what_is_not_covered() -> None:
+def test_a_slow_joint_is_named_as_not_covered() -> None:
     motion = wave(30)
     motion.qd[:, 3] *= 0.05
     missing = coverage([motion], ROBOT)["missing"]
@@ -111,7 +111,7 @@ def test_a_joint_in_another_unit_is_named() -> None:
         check_joints([motion], ROBOT)
 
 
-def test_two_joints_that_changed_places_are_named() -> None:
+def test_two_swapped_joints_are_named() -> None:
     motion = wave(20)
     for values in (motion.q, motion.qd, motion.tau):
         values[:, [1, 3]] = values[:, [3, 1]]
@@ -126,7 +126,7 @@ def test_velocities_in_degrees_are_named() -> None:
         check_joints([motion], ROBOT)
 
 
-@pytest.mark.skipif(not CASES.is_dir(), reason="no cases beside the checkout")
+@pytest.mark.skipif(not CASES.is_dir(), reason="no cases next to the checkout")
 def test_the_cases_of_wrong_sign_and_degrees_are_named() -> None:
     panda = load_configuration("default", robot="panda").robot
     with pytest.raises(InputError, match=r"joint \d .*minus the model's"):
@@ -181,7 +181,7 @@ def test_labelled_touches_are_cut_out() -> None:
     assert "22.0 of 24.0 s are clear of touches and used, in 2 parts" in found.notes[0]
 
 
-def test_limits_of_what_is_explained_are_a_margin_above_it_and_never_above_those_in_force(found: Calibration) -> None:
+def test_proposed_limits_have_a_margin_and_never_exceed_those_in_force(found: Calibration) -> None:
     explains = {one.task: one.explained for one in found.tasks}
     contact, payload = explains["contact"], explains["payload"]
     assert explains["none"] is None
@@ -198,7 +198,7 @@ def test_limits_of_what_is_explained_are_a_margin_above_it_and_never_above_those
     assert "force_max_n" in one.beyond
 
 
-def test_the_written_file_keeps_what_the_installation_has_of_its_own(tmp_path: Path) -> None:
+def test_the_written_file_keeps_the_installations_own_settings(tmp_path: Path) -> None:
     own = tmp_path / "cell.toml"
     own.write_text(
         'robot = "ku_dex"\n[deadline]\ntick_cycles = 3\n'
@@ -222,9 +222,7 @@ def test_the_written_file_keeps_what_the_installation_has_of_its_own(tmp_path: P
     assert main(["config", str(out / "calibration.toml")]) == 0
 
 
-def test_a_recording_that_is_touched_all_the_time_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recording_with_touches_everywhere_gives_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write_table(wave(12), tmp_path / "touched.csv")
     lines = path.read_text().splitlines()
     marked = [f"{line},{'label' if k == 0 else int(k % 400 > 300)}" for k, line in enumerate(lines)]
@@ -264,13 +262,13 @@ def test_the_tail_is_not_extrapolated_beyond_ten_record_lengths() -> None:
     assert far == pytest.approx(near)
 
 
-def test_a_term_in_speed_is_worth_it_only_where_held_out_data_say_so() -> None:
+def test_a_term_in_speed_gains_only_where_it_also_holds_in_held_out_data() -> None:
     rng = np.random.default_rng(5)
     speed = rng.uniform(0, 1, (200, 3))
     noise = 0.1 * rng.uniform(0, 1, (200, 3))
     maxima = noise + np.array([1.0, 0.0, 1.0]) * speed
     held = maxima[100:].copy()
-    held[:, 2] = 1.0  # as large at low speed: what the first half says about speed is not true here
+    held[:, 2] = 1.0  # as large at low speed: the term found in the first half does not hold here
     gain = tail.speed_gain(maxima[:100], speed[:100], held, speed[100:])
     assert gain[0] == pytest.approx(0.45, abs=0.1)
     assert gain[1] < 0.05
@@ -305,7 +303,7 @@ def test_the_frames_of_a_bus_are_the_same_motion() -> None:
     assert heard.tau[-1] == pytest.approx(motion.tau[-1], abs=6e-3)
 
 
-def test_a_live_bus_is_calibrated_on(tmp_path: Path) -> None:
+def test_calibration_works_on_a_live_bus(tmp_path: Path) -> None:
     motion = wave(30)
     done = threading.Event()
 
@@ -326,7 +324,7 @@ def test_a_live_bus_is_calibrated_on(tmp_path: Path) -> None:
     assert (tmp_path / "calibration.toml").is_file()
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="no recordings beside the checkout")
+@pytest.mark.skipif(not DATA.is_dir(), reason="no recordings next to the checkout")
 @pytest.mark.parametrize(
     ("robot", "files"),
     [

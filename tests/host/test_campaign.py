@@ -60,7 +60,7 @@ def test_the_results_are_the_same_bits_at_any_number_of_threads(whole: tuple[Pat
     assert run(whole[0], tmp_path, 3) == whole[1]
 
 
-def test_a_killed_campaign_goes_on_and_ends_with_the_same_files(whole: tuple[Path, dict], tmp_path: Path) -> None:
+def test_a_killed_campaign_resumes_and_ends_with_the_same_files(whole: tuple[Path, dict], tmp_path: Path) -> None:
     command = [sys.executable, "-m", "tauperp.cli", "campaign", str(whole[0]), "--out", str(tmp_path), "--jobs", "1"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     end = time.monotonic() + 120
@@ -71,13 +71,13 @@ def test_a_killed_campaign_goes_on_and_ends_with_the_same_files(whole: tuple[Pat
     done = len(contents(tmp_path))
     assert done < len(whole[1]), "it ended before it could be killed"
     broken = tmp_path / "shards" / "hit-none-00000000.parquet"
-    broken.write_bytes(whole[1][broken.name][:1000])  # as a disk leaves it that lost power
+    broken.write_bytes(whole[1][broken.name][:1000])  # as after a power failure
     for half_written in (tmp_path / "shards").glob(".*"):
         half_written.unlink()
     assert run(whole[0], tmp_path, 2) == whole[1]
 
 
-def test_ctrl_c_ends_a_campaign_at_once_and_leaves_whole_files_only(tmp_path: Path) -> None:
+def test_ctrl_c_ends_a_campaign_at_once_and_leaves_only_complete_files(tmp_path: Path) -> None:
     path = write_plan(tmp_path, SMALL.replace("collisions = 24", "collisions = 4000"))
     command = [sys.executable, "-m", "tauperp.cli", "campaign", str(path), "--out", str(tmp_path / "out")]
     process = subprocess.Popen(
@@ -118,7 +118,7 @@ def test_another_plan_in_the_same_folder_is_refused(whole: tuple[Path, dict], tm
         ("colisions = 3", "colisions"),
     ],
 )
-def test_a_bad_plan_is_one_line_and_nothing_is_written(
+def test_a_bad_plan_gives_one_line_and_nothing_is_written(
     change: str, place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = f"{change}\n{SMALL}" if change.startswith("colisions") else f"{SMALL}{change}\n"
@@ -129,7 +129,7 @@ def test_a_bad_plan_is_one_line_and_nothing_is_written(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_full_disk_is_one_line_and_leaves_no_half_file(
+def test_a_full_disk_gives_one_line_and_leaves_no_incomplete_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     written = 0
@@ -146,7 +146,7 @@ def test_a_full_disk_is_one_line_and_leaves_no_half_file(
     assert len(contents(tmp_path / "out")) == 1
 
 
-def test_a_cluster_that_is_not_there_is_one_line(
+def test_a_missing_cluster_gives_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("distributed")
@@ -178,7 +178,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_files(whole: tuple[Path, d
     assert contents(tmp_path) == whole[1]
 
 
-def test_a_shard_is_drawn_the_same_alone_and_with_others(whole: tuple[Path, dict]) -> None:
+def test_a_shard_holds_the_same_runs_alone_and_with_others(whole: tuple[Path, dict]) -> None:
     plan = read_plan(whole[0])
     together = draw.draw(plan, "payload", draw.HIT, 0, 24)
     alone = draw.draw(plan, "payload", draw.HIT, 16, 8)
@@ -232,7 +232,7 @@ def test_the_residual_of_a_slow_push_is_the_force_times_its_lever() -> None:
     assert np.allclose(result["during"][:7], expected, rtol=0.03, atol=0.05)
 
 
-def test_an_arm_without_errors_shows_no_residual_in_motion(tmp_path: Path) -> None:
+def test_an_arm_without_errors_has_no_residual_in_motion(tmp_path: Path) -> None:
     plan = read_plan(write_plan(tmp_path, SMALL + "model_error = 0.0\n[sensors]\ntorque_noise_nm = 0.01\n"))
     runs = draw.draw(plan, "none", draw.FREE, 0, 10)
     bench = Bench([plan.configuration], [Detector("r", "residual", np.ones(7))])
@@ -242,7 +242,7 @@ def test_an_arm_without_errors_shows_no_residual_in_motion(tmp_path: Path) -> No
     assert results["free_max"][:, 0].max() < 0.15
 
 
-def test_a_struck_link_is_the_planned_one_and_feels_about_the_planned_force(tmp_path: Path) -> None:
+def test_the_planned_link_is_struck_with_about_the_planned_force(tmp_path: Path) -> None:
     plan = read_plan(write_plan(tmp_path, SMALL + "[collision]\nkinds = ['contact']\nlinks = [3, 6]\n"))
     runs = draw.draw(plan, "none", draw.HIT, 0, 20)
     bench = Bench([plan.configuration], [])
@@ -255,7 +255,7 @@ def test_a_struck_link_is_the_planned_one_and_feels_about_the_planned_force(tmp_
     assert (touched["peak_force_n"] < 600.0).all()
 
 
-def test_thresholds_leave_the_wanted_share_of_moves_above() -> None:
+def test_the_wanted_share_of_moves_exceeds_the_thresholds() -> None:
     maxima = np.abs(np.random.default_rng(3).standard_normal((500, 7))) * np.arange(1, 8)
     for share in (0.01, 0.05):
         threshold = thresholds_of(maxima, share)

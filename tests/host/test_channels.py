@@ -1,6 +1,6 @@
-"""Two channels on the same frames: they agree on any arm, and a fault in one of them stops the robot and says so.
+"""Two channels on the same frames: they agree on any arm, and a fault in one of them stops the robot with its reason.
 
-`Arm` makes the frames of a cycle; `Rig` feeds a guard. `Replayed` keeps frames in C, for many flips of a bit.
+`Arm` makes the frames of a cycle; `Rig` feeds a guard. `Replayed` keeps frames in C, for many bit flips.
 """
 
 import dataclasses
@@ -20,7 +20,7 @@ from tauperp.wire import E2EStatus, Receiver, Sender
 
 SEED = 20261129
 PERMISSION, PERMISSION_WITHOUT_COPY = 0xE1, 0xF1  # both copies of StopCommand's third byte
-POINTER_BYTES = 8  # of a state: a wrong pointer is a memory fault, which the MPU of a board finds
+POINTER_BYTES = 8  # at the start of a state: a wrong pointer is a memory fault, which the board's MPU detects
 SETTLED = 600  # cycles in which a guard becomes ready, and a trip may be reset
 
 
@@ -114,7 +114,7 @@ def test_the_channels_agree_on_a_random_arm_that_moves_at_its_limits(seed: int, 
         rig.contact = rig._random.uniform(-20, 20, rig.n)
         verdict = rig.run(150)
         assert verdict.state is not State.FAULT, verdict.reason
-    assert np.abs(verdict.residual).max() > 1.0  # there was something to agree on
+    assert np.abs(verdict.residual).max() > 1.0  # the residual was not merely zero
 
 
 def test_both_channels_permit_stop_and_take_a_reset_together() -> None:
@@ -169,7 +169,7 @@ def test_a_trip_of_one_channel_alone_stops_both_and_can_be_reset(first_is_sensit
     assert rig.reset().permitted
 
 
-def test_a_state_that_only_one_channel_is_in_is_a_fault_at_once() -> None:
+def test_different_states_of_the_channels_are_a_fault_at_once() -> None:
     configuration = configuration_of("ku_dex")
     rig = Rig(configuration, pair_of(configuration))
     rig.run(SETTLED)  # both wait for the reset
@@ -253,7 +253,7 @@ def test_no_flipped_bit_in_the_state_of_either_channel_keeps_a_permission_throug
     assert outcomes["detected and stopped"] > 0
 
 
-def test_a_flipped_bit_of_the_second_block_is_found() -> None:
+def test_a_flipped_bit_of_the_second_block_is_detected() -> None:
     configuration = configuration_of("ku_dex")
     rig = Rig(configuration, pair_of(configuration))
     rig.permit()
@@ -267,7 +267,7 @@ def test_a_flipped_bit_of_the_second_block_is_found() -> None:
 
 
 @pytest.mark.parametrize("channels", [1, 2])
-def test_guard_status_says_how_many_channels_there_are(channels: int) -> None:
+def test_guard_status_reports_the_number_of_channels(channels: int) -> None:
     configuration = configuration_of("ku_dex")
     guard = pair_of(configuration) if channels == 2 else Guard(configuration.block())
     rig = Rig(configuration, guard)

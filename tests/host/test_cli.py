@@ -71,7 +71,7 @@ def test_the_verdict_of_a_command_is_the_exit_code(command: types.SimpleNamespac
     assert cli.main(["ghost"]) == 1
 
 
-def test_bad_input_is_one_line_and_exit_code_2(
+def test_bad_input_gives_one_line_and_exit_code_2(
     command: types.SimpleNamespace, capsys: pytest.CaptureFixture[str]
 ) -> None:
     command.run = raising(InputError("arm.urdf: joint 'slide' is prismatic\n  and more"))
@@ -79,7 +79,7 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert capsys.readouterr().err == "tauperp: arm.urdf: joint 'slide' is prismatic and more\n"
 
 
-def test_a_file_that_cannot_be_opened_is_one_line_with_its_name(
+def test_a_file_that_cannot_be_opened_gives_one_line_with_its_name(
     command: types.SimpleNamespace, capsys: pytest.CaptureFixture[str]
 ) -> None:
     command.run = lambda args: len(Path("no-such-file").read_text())
@@ -88,7 +88,7 @@ def test_a_file_that_cannot_be_opened_is_one_line_with_its_name(
 
 
 @pytest.mark.parametrize("arguments", [[], ["nonsense"], ["config"], ["config", "x", "--no-such-option"]])
-def test_a_wrong_command_line_is_one_line_and_exit_code_2(
+def test_a_wrong_command_line_gives_one_line_and_exit_code_2(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(arguments) == 2
@@ -98,12 +98,12 @@ def test_a_wrong_command_line_is_one_line_and_exit_code_2(
     assert captured.err.startswith("tauperp: ")
 
 
-def test_an_option_is_not_guessed_from_its_beginning(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_abbreviated_option_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["config", "default", "--js"]) == 2
     assert "--js" in capsys.readouterr().err
 
 
-def test_a_package_that_is_missing_is_named_and_hurts_only_its_command(
+def test_a_missing_package_is_named_and_affects_only_its_command(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(cli.COMMANDS, "ghost", "a command")
@@ -117,26 +117,28 @@ def test_a_package_that_is_missing_is_named_and_hurts_only_its_command(
     assert cli.main(["--help"]) == 0
 
 
-def test_a_module_of_our_own_that_is_missing_is_a_defect_and_no_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_module_of_our_own_is_a_defect_and_not_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(cli.COMMANDS, "ghost", "a command")
     with pytest.raises(ModuleNotFoundError):
         cli.main(["ghost"])
 
 
-def test_an_interrupt_ends_quietly(command: types.SimpleNamespace, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_interrupt_ends_without_a_message(
+    command: types.SimpleNamespace, capsys: pytest.CaptureFixture[str]
+) -> None:
     command.run = raising(KeyboardInterrupt())
     assert cli.main(["ghost"]) == 130
     assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["config", "--help"]])
-def test_a_reader_that_has_gone_ends_quietly(arguments: list[str]) -> None:
+def test_a_closed_pipe_ends_without_a_message(arguments: list[str]) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "tauperp.cli", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": ""},  # otherwise argparse gets the error and drops it
+        env={**os.environ, "PYTHONUNBUFFERED": ""},  # with PYTHONUNBUFFERED argparse gets the error and ignores it
     )
     assert process.stdout is not None
     assert process.stderr is not None

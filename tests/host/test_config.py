@@ -58,7 +58,7 @@ def test_the_paper_preset_has_the_papers_numbers() -> None:
     assert paper.threshold_nm("payload").tolist() == [2.0] * 7
 
 
-def test_a_file_says_only_what_differs_from_its_preset(write: Write) -> None:
+def test_a_file_needs_only_what_differs_from_its_preset(write: Write) -> None:
     path = write('robot = "ku_dex"\npreset = "paper"\n[task.payload]\nthreshold_nm = [1, 2, 3, 4, 5, 6, 7]\n')
     configuration = load_configuration(path)
     assert configuration.threshold_nm("payload").tolist() == [1, 2, 3, 4, 5, 6, 7]
@@ -66,19 +66,19 @@ def test_a_file_says_only_what_differs_from_its_preset(write: Write) -> None:
     assert configuration.settings.subspace.order == "filter_first"
 
 
-def test_without_a_preset_the_default_one_fills_in(write: Write) -> None:
+def test_without_a_preset_the_default_one_applies(write: Write) -> None:
     own = load_configuration(write('robot = "ku_dex"'))
     assert own.block() == load_configuration("default", robot="ku_dex").block()
 
 
-def test_overrides_win_over_the_file(write: Write) -> None:
+def test_overrides_take_precedence_over_the_file(write: Write) -> None:
     path = write('robot = "ku_dex"\n[wire]\nrate_hz = 500\nformat = "classic"\n')
     configuration = load_configuration(path, overrides={"wire": {"rate_hz": 250}})
     assert configuration.period_us == 4000
     assert configuration.settings.wire.format == "classic"
 
 
-def test_a_given_robot_wins_over_the_file(write: Write) -> None:
+def test_a_given_robot_takes_precedence_over_the_file(write: Write) -> None:
     assert load_configuration(write('robot = "nonsense"'), robot=arm(6)).robot.n == 6
 
 
@@ -92,7 +92,7 @@ def test_a_model_beside_the_file_is_found_from_anywhere(write: Write, monkeypatc
 
 
 @pytest.mark.parametrize(("joints", "indexes"), [(6, ["r", "d_p", "off"]), (5, ["r", "off", "off"])])
-def test_presets_turn_off_what_an_arm_with_few_joints_could_not_see(joints: int, indexes: list[str]) -> None:
+def test_presets_turn_off_tasks_that_detect_nothing_on_a_short_arm(joints: int, indexes: list[str]) -> None:
     configuration = load_configuration("default", robot=arm(joints))
     assert [configuration.settings.task[task].index for task in TASKS] == indexes
 
@@ -204,7 +204,7 @@ moment_max_nm = 40.0
 """
 
 
-def test_a_task_of_ones_own_is_a_row_with_components_axes_and_a_point(write: Write) -> None:
+def test_a_user_defined_task_is_a_row_with_components_axes_and_a_point(write: Write) -> None:
     configuration = load_configuration(write(OWN))
     assert configuration.settings.task.numbers == {**TASKS, "screw": 4}
     row = np.frombuffer(configuration.block(), block_dtype("float32"))[0]["task"][4]
@@ -259,14 +259,14 @@ def test_a_contact_of_three_forces_serves_an_arm_with_six_joints(write: Write) -
     Guard(configuration.block())
 
 
-def test_a_file_that_is_not_there_or_not_text_is_named(tmp_path: Path) -> None:
+def test_a_missing_or_binary_file_is_named(tmp_path: Path) -> None:
     assert refusal(tmp_path / "none.toml") == "No such file or directory"
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe")
     assert refusal(binary) == "not a text file in UTF-8"
 
 
-def test_the_command_writes_the_block_and_says_its_crc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_the_block_and_prints_its_crc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "guard.bin"
     arguments = ["config", "paper", "--robot", "ku_dex", "-o", str(out), "--json"]
     configuration = load_configuration("paper", robot="ku_dex")
@@ -292,7 +292,7 @@ def test_a_refused_file_leaves_no_block(write: Write, tmp_path: Path, capsys: py
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
-def test_thresholds_handed_out_cannot_change_the_configuration() -> None:
+def test_returned_thresholds_cannot_change_the_configuration() -> None:
     configuration = load_configuration("default", robot="ku_dex")
     before = configuration.block()
     configuration.threshold_nm("none")[:] = 0

@@ -64,7 +64,7 @@ def numpy_offsets(kind: np.dtype[Any], start: int = 0, place: str = "") -> dict[
     return {place: start}
 
 
-def test_every_field_lies_where_the_firmware_has_it() -> None:
+def test_every_field_has_its_offset_in_the_firmware() -> None:
     ffi = load_library("float32").ffi
     kind = block_dtype("float32")
     assert kind.itemsize == ffi.sizeof("guard_config_t")
@@ -141,7 +141,7 @@ def test_the_robots_table_is_in_the_block(block: bytes) -> None:
         np.testing.assert_array_equal(found["joint"][name][:7], expected, err_msg=name)
 
 
-def test_what_lies_behind_the_last_joint_is_zero() -> None:
+def test_entries_after_the_last_joint_are_zero() -> None:
     whole = robot.load("ku_dex")
     short = dataclasses.replace(whole, joints=whole.joints[:3], capsules=whole.capsules[:3])
     found = fields(load_configuration("default", robot=short).block())

@@ -126,11 +126,11 @@ def rows_of_bank() -> list[Row]:
     first = "bank.channel.0."
     decay = float(np.exp(-0.05))
     rows += [
-        row(first + "in.0", bad, 1, 1.05),  # does not end at the step's size
+        row(first + "in.0", bad, 1, 1.05),  # the step response does not settle at 1
         row(first + "in.0", bad, 1, 0.95),
-        row(first + "in.0", bad, 1, 0),  # passes nothing
+        row(first + "in.0", bad, 1, 0),  # zero gain
         row(first + "in.0", bad, 1, -1),
-        row(first + "own.0", bad, decay, 0.999),  # 20 times the step
+        row(first + "own.0", bad, decay, 0.999),  # settles at 20 times the step
         row(first + "own.0", bad, decay, 1),
         row(first + "own.0", bad, decay, -1),
         row(first + "high_pass.0", bad, 0, 1e-3),  # the only channel does not detect a constant force
@@ -218,7 +218,7 @@ def rows_of_tasks() -> list[Row]:
     off = [to(f"task.{task}.index.kind", 0) for task in (PAYLOAD, CONTACT)]
     off += [to(f"task.{CONTACT}.index.components", 0)]
     rows = [
-        row("task.0.index.kind", bad, 0, 1),  # "invalid" is no task
+        row("task.0.index.kind", bad, 0, 1),  # "invalid" is not a task
         row(f"task.{NONE}.index.kind", bad, 1, 0, *off),  # at least one
         row(f"task.{NONE}.index.kind", bad, 1, 5),
         row(f"task.{NONE}.index.components", bad, 0, 1),

@@ -50,7 +50,7 @@ def core(robot: Robot, numeric: Numeric) -> Core:
 
 
 def random_states(robot: Robot, count: int = STATES) -> tuple[Array, Array]:
-    """Positions within the limits and velocities up to the limits, (count, n) each, as exact as num_t has them.
+    """Positions within the limits and velocities up to the limits, (count, n) each, exactly representable in num_t.
 
     Multiples of 2^-16 are numbers of both types, so that no difference comes from rounding the input.
     """
@@ -127,7 +127,7 @@ def test_the_projector_agrees_with_lapack(core: Core, robot: Robot, numeric: Num
         worst[kind] = max(worst[kind], float(np.max(np.linalg.norm(found - expected, axis=0))))
         worst["singular"] = max(worst["singular"], float(np.max(np.abs(ours - singular))))
     print(counted, {name: f"{value:.1e}" for name, value in worst.items()})
-    assert counted["well"] > STATES / 2  # most poses count
+    assert counted["well"] > STATES / 2  # most poses are well conditioned
     assert worst["well"] <= bounds.projector_well
     assert worst["ill"] <= bounds.projector
     assert worst["singular"] <= 1e-5

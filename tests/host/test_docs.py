@@ -62,7 +62,7 @@ def test_every_link_between_pages_leads_to_a_page_and_a_heading(builder: ModuleT
 
 
 @pytest.mark.gate
-def test_links_of_the_readme_lead_somewhere() -> None:
+def test_links_of_the_readme_are_valid() -> None:
     for name in ("README.md", "SECURITY.md", "RELEASING.md"):
         for target in re.findall(r"\]\((?!https?:|mailto:|#)([^)#\s]+)", (ROOT / name).read_text()):
             assert (ROOT / target).exists(), f"{name}: {target}"

@@ -27,7 +27,7 @@ def configuration() -> Configuration:
 
 @pytest.fixture(scope="module")
 def told(configuration: Configuration) -> tuple[list[can.Message], np.ndarray, np.ndarray]:
-    """Every frame of a guard whose arm is pushed from TRIP_ROW on, and its r and index tick by tick."""
+    """All frames that a guard sends while its arm is pushed from TRIP_ROW on, and its r and index tick by tick."""
     recording = still(3.0, touched=[(TRIP_ROW * 0.005, TRIP_ROW * 0.005 + 0.3)])
     guard = Guard(configuration.block(), with_events=True)
     bus = _Bus(recording, configuration, "none")
@@ -54,7 +54,7 @@ def read(frames: list[can.Message], configuration: Configuration) -> list[Event]
     return [event for frame in frames if (event := reader.hear(frame)) is not None]
 
 
-def test_an_event_is_what_the_guard_saw_around_its_trip(
+def test_an_event_holds_r_and_index_around_the_trip(
     told: tuple[list[can.Message], np.ndarray, np.ndarray], configuration: Configuration
 ) -> None:
     frames, residual, index = told
@@ -70,7 +70,7 @@ def test_an_event_is_what_the_guard_saw_around_its_trip(
     assert event.time_s[event.before] == 0.0
 
 
-def test_a_frame_that_is_lost_comes_again(
+def test_a_lost_frame_is_sent_again(
     told: tuple[list[can.Message], np.ndarray, np.ndarray], configuration: Configuration
 ) -> None:
     frames, *_ = told
@@ -99,7 +99,7 @@ def test_events_are_written_and_drawn(
     assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_monitor_writes_what_it_hears(
+def test_the_monitor_writes_the_events_that_it_receives(
     told: tuple[list[can.Message], np.ndarray, np.ndarray], configuration: Configuration, tmp_path: Path
 ) -> None:
     identifier = configuration.wire.message("GuardEvent").id
@@ -119,6 +119,6 @@ def test_the_monitor_writes_what_it_hears(
     assert not next(one for one in last.traffic if one.name == "GuardEvent").missing
 
 
-def test_a_guard_without_the_recorder_says_nothing_more(configuration: Configuration) -> None:
+def test_a_guard_without_the_recorder_sends_no_events(configuration: Configuration) -> None:
     guard = Guard(configuration.block())
     assert all(len(guard.tick(tick * configuration.period_us).frames) == 2 for tick in range(50))

@@ -1,4 +1,4 @@
-"""`make evidence`: each number has its command, commit and hash; what fails, is missing or takes too long is red."""
+"""`make evidence`: each number has its command, commit and hash; a part that fails, is missing or is slow is red."""
 
 import hashlib
 import subprocess
@@ -48,7 +48,7 @@ def test_a_number_has_its_command_commit_and_hash(checkout: Path) -> None:
 @pytest.mark.parametrize(
     ("goal", "said"), [("bad", "red: exit code 2"), ("slow", "red: took too long"), ("nowhere", "not available")]
 )
-def test_what_does_not_hold_is_red(checkout: Path, goal: str, said: str) -> None:
+def test_a_failed_part_is_red(checkout: Path, goal: str, said: str) -> None:
     code, page = page_of(checkout, "good", goal)
     assert code == 1
     assert "**RED**: 1 of 2 parts" in page

@@ -1,4 +1,4 @@
-"""The paper's two experiments with the compiled firmware: their requirements, and the same results every time."""
+"""The paper's two experiments with the compiled firmware meet their requirements and repeat bit for bit."""
 
 import json
 import subprocess
@@ -67,7 +67,7 @@ def test_every_collision_stops_the_robot_and_nothing_else_does(demos: tuple[Path
 
 
 @pytest.mark.parametrize(("name", "threshold_nm"), [("payload", 2.0), ("contact", 0.5)])
-def test_the_index_stays_still_where_r_alone_would_have_stopped_the_robot(
+def test_the_index_stays_low_where_r_alone_would_have_stopped_the_robot(
     demos: tuple[Path, Path], name: str, threshold_nm: float
 ) -> None:
     result = report(demos[0], name)
@@ -88,7 +88,7 @@ def test_the_same_seed_gives_the_same_bits(demos: tuple[Path, Path], name: str) 
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
-def test_a_result_says_what_it_was_made_with(demos: tuple[Path, Path], name: str) -> None:
+def test_a_result_names_its_versions_and_hashes(demos: tuple[Path, Path], name: str) -> None:
     hashes = report(demos[0], name)["hashes"]
     assert {"firmware", "configuration", "dbc", "mujoco"} <= hashes.keys()
     assert all(hashes.values())
@@ -116,7 +116,7 @@ def test_another_seed_gives_other_bits(tmp_path: Path) -> None:
     assert frames[0] == frames[2] != frames[1]
 
 
-def test_a_strike_too_soft_for_the_threshold_is_missed_and_said_so(tmp_path: Path) -> None:
+def test_a_strike_too_soft_for_the_threshold_is_reported_as_missed(tmp_path: Path) -> None:
     path = tmp_path / "soft.toml"
     strike = "[[phase.strike]]\nlink = 7\ndirection = [1.0, 0.0, 0.0]\npush_n = 2.0\nspeed_m_s = 0.05\n"
     path.write_text(SHORT.replace("wait_s = 0.3", "wait_s = 3.8") + strike)
@@ -140,7 +140,7 @@ def test_a_stop_without_a_collision_is_a_false_stop(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "reason"), [("silent", "JOINT_TIMEOUT"), ("status", "SENSOR_STATUS"), ("crc", "JOINT_TIMEOUT")]
 )
-def test_a_sensors_fault_stops_the_robot_and_it_goes_on_when_it_is_over(tmp_path: Path, kind: str, reason: str) -> None:
+def test_a_sensor_fault_stops_the_robot_until_the_fault_ends(tmp_path: Path, kind: str, reason: str) -> None:
     fault = f'[[fault]]\njoint = 3\nkind = "{kind}"\nstart_s = 0.8\nend_s = 1.2\nvalue = 2.0\n'
     outcome = run_scenario(short(tmp_path, fault))
     (stop,) = outcome.report["stops"]
@@ -152,7 +152,7 @@ def test_a_sensors_fault_stops_the_robot_and_it_goes_on_when_it_is_over(tmp_path
     assert outcome.trace.tip_speed_m_s[stood].max() < 5e-3
 
 
-def test_what_met_a_stopped_arm_or_came_after_the_end_was_not_tested(tmp_path: Path) -> None:
+def test_an_event_while_stopped_or_after_the_end_counts_as_not_tested(tmp_path: Path) -> None:
     strike = '[[phase.strike]]\nstep = 1\nafter_s = {}\nlink = {}\npart = "{}"\ndirection = [0.0, 0.6, -0.8]\n'
     fault = '[[fault]]\njoint = 2\nkind = "status"\nvalue = 2.0\nstart_s = {}\nend_s = {}\n'
     more = strike.format(0.2, 4, "forearm") + strike.format(0.35, 3, "hand")
@@ -168,7 +168,7 @@ def test_what_met_a_stopped_arm_or_came_after_the_end_was_not_tested(tmp_path: P
     assert len(report["why"]) == 3
 
 
-def test_peaks_are_of_permitted_ticks_without_a_fault_and_the_permission_is_told(tmp_path: Path) -> None:
+def test_peaks_are_of_permitted_ticks_without_a_fault_and_permission_is_reported(tmp_path: Path) -> None:
     """An offset of 1.5 Nm stops nothing, and is not a peak of an arm without faults."""
     fault = '[[fault]]\njoint = 3\nkind = "{}"\nstart_s = 0.8\nend_s = 1.0\nvalue = {}\n'
     report = run_scenario(short(tmp_path, fault.format("offset", 1.5))).report
@@ -208,7 +208,7 @@ def test_a_recording_has_every_frame_at_its_simulated_time(tmp_path: Path, suffi
     assert sorted(one.name for one in tmp_path.iterdir()) == sorted(["short.toml", record.name])
 
 
-def test_a_bus_that_does_not_exist_is_one_line(tmp_path: Path) -> None:
+def test_a_bus_that_does_not_exist_gives_one_line(tmp_path: Path) -> None:
     path = tmp_path / "short.toml"
     path.write_text(SHORT)
     command = [*COMMAND, "run", str(path), "--interface", "socketcan", "--channel", "nobus7"]
@@ -218,7 +218,7 @@ def test_a_bus_that_does_not_exist_is_one_line(tmp_path: Path) -> None:
     assert "nobus7" in run.stderr
 
 
-def test_a_place_out_of_reach_is_one_line_with_the_step(tmp_path: Path) -> None:
+def test_a_target_out_of_reach_gives_one_line_with_the_step(tmp_path: Path) -> None:
     from tauperp.errors import InputError
 
     path = tmp_path / "far.toml"

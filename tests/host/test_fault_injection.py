@@ -1,4 +1,4 @@
-"""A small seeded part of `make faults`: of faults in state, clock and ticks none is undetected and wrong."""
+"""A small seeded part of `make faults`: no fault in state, clock or ticks is undetected and wrong."""
 
 import subprocess
 import sys
@@ -40,7 +40,7 @@ def test_no_fault_is_undetected_and_wrong(recording: Path, seed: int, part: str,
 
 
 def test_few_flipped_bits_of_the_block_hide_a_collision(recording: Path, seed: int) -> None:
-    """The CRC takes 200 ticks to come round. Of one channel this is the weak place (docs/safety/faults.md)."""
+    """The CRC over the block takes 200 ticks. This is the weak point of a single channel (docs/safety/faults.md)."""
     found = outcomes(recording, seed, 4000, "table")
     assert found["wrong"] <= 4000 / 100
     assert found["detected"] > 0.8 * 4000
@@ -51,6 +51,6 @@ def test_a_fault_is_the_same_in_every_run(recording: Path) -> None:
     assert outcomes(recording, 5, 500) != outcomes(recording, 6, 500)
 
 
-def test_a_permission_that_outlasts_its_stop_is_wrong(recording: Path) -> None:
-    """The judge sees what it is for: a threshold that a flipped bit has raised, and a CRC begun behind it."""
+def test_a_permission_after_the_stop_was_due_is_wrong(recording: Path) -> None:
+    """The judge can fail: it reports a threshold that a flipped bit raised just after the CRC had passed it."""
     assert outcomes(recording, 1, 3000, "unwatched")["wrong"] > 0

@@ -20,7 +20,7 @@ def test_an_old_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> Non
     assert (tmp_path / "x").read_bytes() == b"new"
 
 
-def test_a_reader_of_the_old_file_goes_on_reading_the_old_content(tmp_path: Path) -> None:
+def test_an_open_reader_keeps_the_old_content(tmp_path: Path) -> None:
     files.write_atomically(tmp_path / "x", b"old")
     with open(tmp_path / "x", "rb") as reader:
         files.write_atomically(tmp_path / "x", b"new")
@@ -40,7 +40,7 @@ def test_a_failure_half_way_leaves_the_old_file(tmp_path: Path, monkeypatch: pyt
     assert (tmp_path / "x").read_bytes() == b"old"
 
 
-def test_a_folder_in_the_way_is_an_error_that_names_it(tmp_path: Path) -> None:
+def test_a_folder_of_the_same_name_is_an_error_that_names_it(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError) as error:
         files.write_atomically(tmp_path, b"data")
     assert error.value.filename == str(tmp_path)

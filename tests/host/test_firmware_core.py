@@ -1,6 +1,6 @@
-"""The firmware's mathematics through Core: what its results mean, and what it says to wrong arguments.
+"""The firmware's mathematics through Core: the meaning of its results, and its messages for wrong arguments.
 
-How exact they are is test_core_accuracy.py's.
+test_core_accuracy.py tests the accuracy.
 """
 
 import dataclasses
@@ -36,7 +36,7 @@ METHODS: tuple[Method, ...] = ("golub-kahan", "jacobi")
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_singular_values_are_lapacks_in_descending_order(core: Core, method: Method) -> None:
+def test_singular_values_agree_with_lapack_in_descending_order(core: Core, method: Method) -> None:
     random = np.random.default_rng(SEED)
     for columns in range(7):
         matrix = random.normal(size=(7, columns))
@@ -67,7 +67,7 @@ def test_a_direction_below_the_tolerance_is_not_explained(core: Core, method: Me
     assert (fine.rank, coarse.rank) == (2, 1)
 
 
-def test_a_column_twice_explains_as_much_as_once(core: Core) -> None:
+def test_a_repeated_column_explains_no_more_than_one(core: Core) -> None:
     random = np.random.default_rng(SEED)
     matrix, tau = random.normal(size=(7, 3)), random.normal(size=7)
     twice = core.project(np.hstack([matrix, matrix[:, :1]]), tau, 1e-3)
@@ -76,7 +76,7 @@ def test_a_column_twice_explains_as_much_as_once(core: Core) -> None:
 
 
 @pytest.mark.parametrize("columns", [0, 6])
-def test_columns_that_are_nothing_explain_nothing(core: Core, columns: int) -> None:
+def test_zero_columns_explain_nothing(core: Core, columns: int) -> None:
     found = core.project(np.zeros((7, columns)), np.arange(7.0), 1e-3)
     assert found.rank == 0
     np.testing.assert_array_equal(found.index, np.arange(7.0))
@@ -96,7 +96,7 @@ def hold(core: Core, external: np.ndarray, steps: int, task: str | int = "none",
     return last
 
 
-def test_the_residual_approaches_the_external_torque_as_the_gain_says(core: Core) -> None:
+def test_the_residual_approaches_the_external_torque_at_the_rate_of_the_gain(core: Core) -> None:
     external = np.array([3.0, -2.0, 1.0, 0.0, 0.5, -0.5, 0.2])
     found = hold(core, external, 20)
     np.testing.assert_allclose(found.residual, external * (1 - np.exp(-50 * 0.020)), atol=1e-4)
@@ -136,7 +136,7 @@ def test_an_acceleration_that_the_arm_does_not_make_explains_nothing(core: Core)
 def test_payload_explains_inertia_along_an_acceleration_that_the_arm_makes() -> None:
     core = Core("ku_dex", config="default")
     step, worst = np.zeros(7), 0.0
-    for k in range(400):  # the tip goes along x with 3 m/s^2, back and forth
+    for k in range(400):  # the tip moves back and forth along x with 3 m/s^2
         sign = 1.0 if k % 200 < 100 else -1.0
         velocity = 3.0 * 1e-3 * (k % 100 if sign > 0 else 100 - k % 100)
         jacobian = core.terms(Q, REST).jacobian
@@ -160,7 +160,7 @@ def test_no_acceleration_and_one_along_gravity_are_the_same_to_payload(core: Cor
     np.testing.assert_allclose(hold(core, push, 100, "payload", accel=acceleration).index, expected, atol=1e-4)
 
 
-def test_tasks_go_by_name_and_by_the_wires_number(core: Core) -> None:
+def test_a_task_is_given_by_name_or_by_the_wires_number(core: Core) -> None:
     push = core.terms(Q, REST).jacobian[:3].T @ [20.0, 0, 0]
     for number, name in enumerate(("none", "payload", "contact"), start=1):
         np.testing.assert_array_equal(hold(core, push, 10, number).index, hold(core, push, 10, name).index)
@@ -235,9 +235,9 @@ def test_a_task_may_change_from_row_to_row(core: Core) -> None:
         core.step(np.where(np.arange(7) + 7 * np.arange(40)[:, None] == 9, np.nan, q), qd, tau, "none")
 
 
-def test_arrays_to_trips_is_one_call(core: Core) -> None:
+def test_one_call_finds_the_trips_in_arrays(core: Core) -> None:
     q, qd, tau = recording(core, 200)
-    core.step(q, qd, -tau, "none")  # is forgotten
+    core.step(q, qd, -tau, "none")  # trips() starts from a reset and forgets this
     (trip,) = core.trips(q, qd, tau, "none")
     assert trip.joint == 4
     assert 100 < trip.row < 120
@@ -270,7 +270,7 @@ def test_jacobians_of_links_are_the_motion_of_their_points(core: Core) -> None:
         core.link_jacobian(Q, 8)
 
 
-def test_an_object_says_what_it_is_and_help_is_short(core: Core) -> None:
+def test_an_object_describes_itself_and_help_is_short(core: Core) -> None:
     assert repr(core) == "Core('ku_dex', 'float32', 'default'): 7 joints"
     assert repr(Guard(core.configuration.block())).startswith("Guard: 7 joints, float32, UNINITIALISED")
     assert max(len(line) for line in pydoc.render_doc(Core.step, renderer=pydoc.plaintext).splitlines()) < 200
@@ -317,7 +317,7 @@ def test_a_wrong_argument_changes_nothing() -> None:
     np.testing.assert_allclose(after.residual, 1 - (1 - before.residual) * np.exp(-0.05), atol=1e-5)
 
 
-def test_a_task_that_the_arm_cannot_watch_is_refused_with_the_reason() -> None:
+def test_a_task_that_is_off_for_the_arm_is_refused_with_the_reason() -> None:
     whole = robot.load("ku_dex")
     core = Core(dataclasses.replace(whole, joints=whole.joints[:6], capsules=whole.capsules[:6]))
     with pytest.raises(InputError, match="'contact' is off for the 6 joints"):

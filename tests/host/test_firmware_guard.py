@@ -1,4 +1,4 @@
-"""The whole guard through Guard: its states as a board sees them, and what it refuses."""
+"""The whole guard through Guard: the states that a board observes, and what it refuses."""
 
 import dataclasses
 import struct
@@ -19,7 +19,7 @@ from tauperp.firmware.library import ENVIRONMENT
 from tauperp.wire import Receiver, Sender
 
 Q = np.array([0.3, -0.7, 0.5, 1.1, -0.4, 0.8, 0.2])
-HEALTHY_CYCLES = 100  # of 1 ms, before the first permission: 5 / K
+HEALTHY_CYCLES = 100  # cycles of 1 ms before the first permission: 5 / K
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def bench(configuration: Configuration) -> Bench:
 
 
 @pytest.mark.parametrize(("ours", "name"), [(State, "guard_state_t"), (Reason, "guard_reason_t")])
-def test_numbers_and_names_are_the_headers(ours: type, name: str) -> None:
+def test_numbers_and_names_agree_with_the_header(ours: type, name: str) -> None:
     prefix = name.removesuffix("t").upper()
     elements = load_library("float32").ffi.typeof(name).elements
     assert {value: text.removeprefix(prefix) for value, text in elements.items()} == {
@@ -92,7 +92,7 @@ def test_numbers_and_names_are_the_headers(ours: type, name: str) -> None:
     }
 
 
-def test_every_refusal_of_the_header_has_its_words() -> None:
+def test_every_refusal_of_the_header_has_a_message() -> None:
     elements = load_library("float32").ffi.typeof("guard_status_t").elements
     refusals = {
         value
@@ -115,7 +115,7 @@ def test_permission_needs_every_input(configuration: Configuration) -> None:
     assert (last.state, last.reason, last.permitted) == (State.MONITORING, Reason.NONE, True)
 
 
-def test_the_cycle_is_complete_when_the_last_joint_is_in_and_until_the_tick(bench: Bench) -> None:
+def test_the_cycle_is_complete_from_the_last_joint_until_the_tick(bench: Bench) -> None:
     frames = bench.frames()
     bench.k += 1
     for frame in frames[:-1]:
@@ -127,7 +127,7 @@ def test_the_cycle_is_complete_when_the_last_joint_is_in_and_until_the_tick(benc
     assert not bench.guard.cycle_complete()
 
 
-def test_the_frames_of_a_verdict_are_the_wires(bench: Bench, configuration: Configuration) -> None:
+def test_the_frames_of_a_verdict_conform_to_the_wire(bench: Bench, configuration: Configuration) -> None:
     receiver = Receiver(configuration.wire)
     names: set[str] = set()
     for _ in range(40):
@@ -154,7 +154,7 @@ def test_a_torque_above_the_threshold_stops_and_names_the_joint(bench: Bench, co
     assert stop.trip_number == 1
 
 
-def test_residual_and_index_are_the_cores(bench: Bench, configuration: Configuration) -> None:
+def test_residual_and_index_agree_with_the_core(bench: Bench, configuration: Configuration) -> None:
     core = Core(configuration.robot, config=configuration)
     for _ in range(200):
         verdict = bench.cycle(external=5.0)
@@ -172,7 +172,7 @@ def test_silence_ends_the_permission(bench: Bench) -> None:
     assert verdicts[-1].reason in (Reason.SYNC_TIMEOUT, Reason.JOINT_TIMEOUT)
 
 
-def test_a_fault_that_the_board_sees_stops(bench: Bench) -> None:
+def test_a_fault_reported_by_the_board_stops(bench: Bench) -> None:
     bench.guard.trip(Reason.BUS_OFF)
     verdict = bench.cycle()
     assert (verdict.state, verdict.reason, verdict.permitted) == (State.STOPPED, Reason.BUS_OFF, False)
@@ -184,7 +184,7 @@ def test_a_tick_over_budget_is_a_fault(bench: Bench, configuration: Configuratio
     assert (verdict.state, verdict.reason) == (State.FAULT, Reason.TICK_OVER_BUDGET)
 
 
-def test_what_a_frame_is_reaches_the_firmware(bench: Bench) -> None:
+def test_every_property_of_a_frame_reaches_the_firmware(bench: Bench) -> None:
     """Each of these differs from a good frame in one property only, and is a format error for it."""
     good = bench.frames()[0]
     for change in (
@@ -214,7 +214,7 @@ def test_a_remote_frame_is_a_format_error(configuration: Configuration) -> None:
     assert guard.counters["format_errors"] == 1
 
 
-def test_an_error_frame_is_no_frame(bench: Bench) -> None:
+def test_an_error_frame_is_ignored(bench: Bench) -> None:
     before = bench.guard.counters
     bench.guard.receive(can.Message(is_error_frame=True), bench.now_us)
     assert bench.guard.counters == before
@@ -247,9 +247,7 @@ def resealed(block: bytes, offset: int, word: int) -> bytes:
         (64, 3, "a stop category is not allowed"),
     ],
 )
-def test_a_block_that_the_firmware_refuses_says_why(
-    configuration: Configuration, offset: int, word: int, message: str
-) -> None:
+def test_a_refused_block_gives_the_reason(configuration: Configuration, offset: int, word: int, message: str) -> None:
     with pytest.raises(InputError, match=message):
         Guard(resealed(configuration.block(), offset, word))
 
@@ -268,7 +266,7 @@ def test_a_block_of_another_length_is_refused(configuration: Configuration, leng
 
 
 def test_a_tick_with_its_frames_takes_few_calls(bench: Bench) -> None:
-    """The goal is 100 us in Python. The load of the machine does not change how many functions are called."""
+    """A tick should take 100 us in Python. The load of the machine does not change how many functions are called."""
     bench.tick(bench.frames())
     assert 0 < calls_of(lambda: bench.guard.tick(bench.now_us)) < 1000
 
@@ -281,14 +279,16 @@ def no_cache() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("no_cache")
-def test_a_missing_library_says_how_to_build_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_message_for_a_missing_library_names_the_command_that_builds_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "libtauperp.so"))
     with pytest.raises(InputError, match=r"libtauperp\.so: the firmware's library is missing; `make library`"):
         load_library("float32")
 
 
 @pytest.mark.usefixtures("no_cache")
-def test_a_file_that_is_no_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_is_not_a_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "libtauperp.so").write_text("no library")
     (tmp_path / "tauperp.cdef.h").write_text("int tauperp_numeric(void);")
     monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "libtauperp.so"))
@@ -303,7 +303,7 @@ def test_a_library_for_other_numbers_is_refused(monkeypatch: pytest.MonkeyPatch)
         load_library("q9.22")
 
 
-def test_the_library_says_what_it_is() -> None:
+def test_the_library_has_a_version_and_a_hash() -> None:
     library = load_library("float32")
     assert library.version.count(".") == 2
     assert library.hash == dataclasses.replace(library).hash

@@ -36,7 +36,7 @@ else()
 endif()
 """
 
-# A board whose clock moves by 100 us a call and whose bus is silent: the guard tests itself, waits, permits nothing.
+# A board with a clock that advances by 100 us per call and a silent bus: self-test, waiting, no permission.
 BOARD = """
 #include <stdio.h>
 #include "tauperp.h"

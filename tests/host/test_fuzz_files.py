@@ -103,7 +103,9 @@ KINDS: dict[str, tuple[Callable[[Path], bytes], Callable[[Path], object], int]] 
 
 
 @pytest.mark.parametrize("suffix", KINDS)
-def test_a_damaged_file_is_a_result_or_one_line(tmp_path: Path, suffix: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_damaged_file_gives_a_result_or_one_line(
+    tmp_path: Path, suffix: str, capfd: pytest.CaptureFixture[str]
+) -> None:
     make, read, count = KINDS[suffix]
     path = tmp_path / f"x{suffix}"
     said = []

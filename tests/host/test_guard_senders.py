@@ -1,4 +1,4 @@
-"""The compiled guard under faults of senders, stops and starts, tested from outside: several arms, rates, numbers."""
+"""The compiled guard under faults of senders, stops and starts, on several arms, rates and numeric types."""
 
 from collections.abc import Callable
 
@@ -24,7 +24,7 @@ def test_many_wrong_crcs_of_every_sender_end_the_permission(case: Case, share: f
 
     def step() -> Verdict:
         rig.advance()
-        rig.hear(broken(frame) if random.random() < share else frame for frame in rig.all_frames())
+        rig.receive(broken(frame) if random.random() < share else frame for frame in rig.all_frames())
         return rig.tick()
 
     assert rig.stopped_within(300, step) is not None
@@ -41,19 +41,19 @@ def test_many_wrong_crcs_of_one_sender_end_the_permission(case: Case, sender: in
         frames = rig.all_frames()
         if rig.cycle % 4:
             frames[sender] = broken(frames[sender])
-        rig.hear(frames)
+        rig.receive(frames)
         return rig.tick()
 
     assert rig.stopped_within(300, step) is not None
 
 
 @on_every_case
-def test_now_and_then_a_wrong_crc_has_no_consequence(case: Case) -> None:
+def test_an_occasional_wrong_crc_has_no_consequence(case: Case) -> None:
     rig, random = Rig(case).started(), random_of(case, 0)
 
     def step() -> Verdict:
         rig.advance()
-        rig.hear(broken(frame) if random.random() < 0.01 else frame for frame in rig.all_frames())
+        rig.receive(broken(frame) if random.random() < 0.01 else frame for frame in rig.all_frames())
         return rig.tick()
 
     assert rig.stopped_within(2000, step) is None
@@ -69,7 +69,7 @@ def test_a_second_sender_of_joint_frames_ends_the_permission(case: Case, every: 
         rig.advance()
         genuine = rig.joints()
         forged = rig.joints() if rig.cycle % every == 0 else []
-        rig.hear([rig.sync(), rig.task(), *(forged + genuine if before else genuine + forged)])
+        rig.receive([rig.sync(), rig.task(), *(forged + genuine if before else genuine + forged)])
         return rig.tick()
 
     assert rig.stopped_within(100, step) is not None
@@ -85,7 +85,7 @@ def test_joints_that_are_late_by_any_number_of_cycles_permit_nothing(case: Case,
     def step() -> Verdict:
         rig.advance()
         queue.append(rig.joints())
-        rig.hear([rig.sync(), rig.task(), *(queue.pop(0) if len(queue) > late else [])])
+        rig.receive([rig.sync(), rig.task(), *(queue.pop(0) if len(queue) > late else [])])
         return rig.tick()
 
     assert rig.permitted_within(600, step) is None
@@ -123,7 +123,7 @@ def test_a_worse_event_after_a_collision_raises_the_category(case: Case) -> None
         assert (first.reason, first.stop_category) == (Reason.COLLISION, 2)
         for _ in range(JOINT_DEADLINE + 2):
             rig.advance()
-            rig.hear(act(rig))
+            rig.receive(act(rig))
             verdict = rig.tick()
         assert verdict.state == State.STOPPED
         assert verdict.stop_category == 1
@@ -153,7 +153,7 @@ def test_a_second_contact_after_a_collision_raises_the_category(case: Case, gone
 
 @on_every_case
 @pytest.mark.parametrize("seed", range(3))
-def test_a_contact_that_goes_on_is_one_contact(case: Case, seed: int) -> None:
+def test_a_lasting_contact_is_one_contact(case: Case, seed: int) -> None:
     """It varies by a fifth, and grows while the robot stops."""
     rig, random = Rig(case).started(), random_of(case, seed)
     rig.contact = rig.push

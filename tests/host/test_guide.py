@@ -22,5 +22,5 @@ def test_the_guide_runs_and_shows_what_it_says(tmp_path: Path) -> None:
     carried = (time_s > 2.5) & (time_s < 5.0)
     assert residual[carried].max() > 5.0  # r follows the payload
     assert index[time_s < 5.0].max() < 0.5  # d_p does not
-    assert index[hit].max() > 2.0  # and sees the collision
+    assert index[hit].max() > 2.0  # but detects the collision
     names["figure"].savefig(tmp_path / "guide.png", dpi=110)

@@ -1,4 +1,4 @@
-"""`tauperp version`: an image's identity, and every file without one."""
+"""`tauperp version`: the identity of an image, and refusal of every file without one."""
 
 import struct
 from pathlib import Path
@@ -38,7 +38,7 @@ def write(path: Path, data: bytes) -> Path:
 GOOD = {".tauperp_version": RECORD, ".tauperp_config": BLOCK, ".note.gnu.build-id": NOTE}
 
 
-def test_an_image_says_what_it_is(tmp_path: Path) -> None:
+def test_an_image_states_its_identity(tmp_path: Path) -> None:
     image = read_image(write(tmp_path / "good.elf", elf(GOOD)))
     assert (image.version, image.build, image.config_crc) == ("0.1.2", "aabbccdd", "11223344")
     assert (image.wire_crc, image.numeric, image.board, image.image) == (
@@ -50,7 +50,7 @@ def test_an_image_says_what_it_is(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("number", "variant"), [(0, "product"), (1, "lockstep"), (2, "emulator"), (9, "unknown (9)")])
-def test_an_image_says_what_it_is_for(
+def test_an_image_states_its_purpose(
     number: int, variant: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     record = struct.pack("<8sI", b"TAUPERP\0", 2) + RECORD[12:] + struct.pack("<I", number)
@@ -60,11 +60,11 @@ def test_an_image_says_what_it_is_for(
     assert ("not for a robot" in capsys.readouterr().out) == (number != 0)
 
 
-def test_an_image_of_the_first_format_does_not_say_what_it_is_for(tmp_path: Path) -> None:
+def test_an_image_of_the_first_format_states_no_purpose(tmp_path: Path) -> None:
     assert read_image(write(tmp_path / "first.elf", elf(GOOD))).variant == "not said"
 
 
-def test_fields_appended_by_a_later_format_do_not_hinder(tmp_path: Path) -> None:
+def test_fields_appended_by_a_later_format_are_ignored(tmp_path: Path) -> None:
     later = struct.pack("<8sI", b"TAUPERP\0", 2) + RECORD[12:] + bytes(8)
     assert read_image(write(tmp_path / "later.elf", elf({**GOOD, ".tauperp_version": later}))).version == "0.1.2"
 
@@ -83,7 +83,7 @@ def test_fields_appended_by_a_later_format_do_not_hinder(tmp_path: Path) -> None
         (elf({**GOOD, ".tauperp_config": b""}), "not the one of CRC 11223344"),
     ],
 )
-def test_what_is_no_image_is_refused_with_the_reason(tmp_path: Path, data: bytes, reason: str) -> None:
+def test_a_file_that_is_not_an_image_is_refused_with_the_reason(tmp_path: Path, data: bytes, reason: str) -> None:
     with pytest.raises(InputError, match=reason):
         read_image(write(tmp_path / "bad.elf", data))
 

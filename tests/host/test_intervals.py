@@ -1,4 +1,4 @@
-"""Intervals of counted things, against published values and by simulation."""
+"""Confidence intervals of counts, against published values and by simulation."""
 
 import numpy as np
 import pytest
@@ -14,14 +14,14 @@ def test_wilson_is_the_published_interval() -> None:
     assert wilson(20, 20)[1] == 1.0
 
 
-def test_no_event_still_allows_a_rate_of_3_7_over_the_time() -> None:
+def test_without_an_event_the_rate_is_at_most_3_7_over_the_time() -> None:
     low, high = poisson(0, 2.0)
     assert low == 0.0
     assert high == pytest.approx(3.689 / 2.0, abs=1e-3)
     assert poisson(0, 2.0, level=0.90)[1] == pytest.approx(2.996 / 2.0, abs=1e-3)
 
 
-def test_the_interval_of_a_quantile_holds_the_truth_as_often_as_it_says() -> None:
+def test_the_interval_of_a_quantile_has_its_nominal_coverage() -> None:
     rng = np.random.default_rng(5)
     held = 0
     for _ in range(400):

@@ -11,7 +11,7 @@ import pytest
 from tauperp.files import repository_root
 
 FIRMWARE = repository_root() / "firmware"
-LAYERS = {  # room: the rooms whose headers it may include besides its own
+LAYERS = {  # folder: the folders whose headers it may include besides its own
     "core": (),
     "wire": (),
     "guard": ("core", "wire"),
@@ -26,7 +26,7 @@ LAYERS = {  # room: the rooms whose headers it may include besides its own
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 HOST = repository_root() / "host" / "tauperp"
-HOST_LAYERS = (  # a package or module may import those of earlier rows; those of one row do not know each other
+HOST_LAYERS = (  # a package or module may import those of earlier rows, and none of its own row
     {"__init__", "errors"},
     {"files", "toml", "words", "intervals", "page", "plot", "wire_values"},
     {"robot", "wire"},
@@ -47,27 +47,27 @@ NARROW = {"sim": {"robot"}, "robot": {"errors", "toml"}}  # these may use no mor
 
 
 def climbing(firmware: Path) -> list[str]:
-    """Every forbidden include, as "file -> room"."""
-    rooms: dict[str, set[str]] = {}
+    """Every forbidden include, as "file -> folder"."""
+    folders: dict[str, set[str]] = {}
     for header in firmware.rglob("*.h"):
-        rooms.setdefault(header.name, set()).add(header.relative_to(firmware).parts[0])
+        folders.setdefault(header.name, set()).add(header.relative_to(firmware).parts[0])
     found = []
     for source in sorted([*firmware.rglob("*.c"), *firmware.rglob("*.h")]):
         place = source.relative_to(firmware)
         own = place.parts[0]
         for name in INCLUDE.findall(source.read_text()):
-            homes = rooms.get(Path(name).name, {own})
+            homes = folders.get(Path(name).name, {own})
             if own not in homes and not homes & set(LAYERS[own]):
                 found.append(f"{place} -> {sorted(homes)[0]}")
     return found
 
 
 @pytest.mark.gate
-def test_no_include_climbs() -> None:
+def test_no_include_goes_to_a_higher_layer() -> None:
     assert climbing(FIRMWARE) == []
 
 
-def test_an_include_that_climbs_is_found(tmp_path: Path) -> None:
+def test_an_include_of_a_higher_layer_is_found(tmp_path: Path) -> None:
     for place, text in (
         ("core/motion.c", '#include "guard.h"\n'),
         ("guard/guard.h", ""),
@@ -93,7 +93,7 @@ def imported(source: Path) -> Iterator[str]:
 def climbing_imports(host: Path) -> list[str]:
     """Every import that does not go down the rows, as "file -> package".
 
-    A name that stands in no row is a value of the package itself, such as `__version__`.
+    A name that is in no row is a value of the package itself, such as `__version__`.
     """
     row = {name: at for at, names in enumerate(HOST_LAYERS) for name in names}
     found = []
@@ -107,11 +107,11 @@ def climbing_imports(host: Path) -> list[str]:
 
 
 @pytest.mark.gate
-def test_no_import_of_the_host_climbs() -> None:
+def test_no_import_of_the_host_goes_to_a_higher_layer() -> None:
     assert climbing_imports(HOST) == []
 
 
-def test_an_import_that_climbs_is_found(tmp_path: Path) -> None:
+def test_an_import_of_a_higher_layer_is_found(tmp_path: Path) -> None:
     for place, text in (
         ("sim/arm.py", "from tauperp.robot import Robot\n\n\ndef late():\n    from tauperp.config import Settings\n"),
         ("robot/model.py", "from tauperp import sim\n"),

@@ -78,7 +78,7 @@ FOREIGN = {
     "overload": (lambda text: after(text, " 0.050 1  OverloadFrame"), 2),
     "a request to send": (lambda text: after(text, " 0.050 1  7DF   TxRq d 8 02 01 0C 00 00 00 00 00"), 2),
     "statistics": (lambda text: after(text, " 0.050 1  Statistic: D 0 R 0 XD 0 XR 0 E 0 O 0 B 0.00%"), 2),
-    "a sentence": (lambda text: after(text, "the dog ate the next frames"), 2),
+    "a sentence": (lambda text: after(text, "a remark without a comment sign"), 2),
     "a tail": (lambda text: text.replace(" Rx   d 4 B7 00 00 00\n", " Rx   d 4 B7 00 00 00  Length = 1 ID = 32\n"), 1),
 }
 
@@ -89,7 +89,9 @@ def after(text: str, line: str, number: int = 300) -> str:
 
 
 @pytest.mark.parametrize("kind", FOREIGN)
-def test_what_is_no_frame_is_passed_over_and_counted(tmp_path: Path, frames: list[can.Message], kind: str) -> None:
+def test_lines_that_are_not_frames_are_skipped_and_counted(
+    tmp_path: Path, frames: list[can.Message], kind: str
+) -> None:
     change, passed_over = FOREIGN[kind]
     replay = replayed(tmp_path, "x.asc", change(asc(frames)))
     assert (replay.equal, replay.damage, replay.passed_over) == (True, None, passed_over)
@@ -107,7 +109,7 @@ def test_comments_in_windows_characters_are_text(tmp_path: Path, frames: list[ca
 
 @pytest.mark.parametrize("base", [16, 10])
 @pytest.mark.parametrize("relative", [False, True])
-def test_bases_and_relative_times_mean_the_same(
+def test_number_bases_and_relative_times_give_the_same_log(
     tmp_path: Path, frames: list[can.Message], base: int, relative: bool
 ) -> None:
     replay = replayed(tmp_path, "x.asc", asc(frames, base=base, relative=relative))
@@ -123,7 +125,7 @@ def test_the_first_frame_of_a_file_without_a_trigger_block_is_read(tmp_path: Pat
 
 
 @pytest.mark.parametrize("broken", ["   d 8 F7", "?", "   d 8 F7 0C 00 00 00 00 F6 1FF", "   d 99 00"])
-def test_a_line_like_a_frame_that_is_none_is_damage(tmp_path: Path, frames: list[can.Message], broken: str) -> None:
+def test_a_malformed_frame_line_is_damage(tmp_path: Path, frames: list[can.Message], broken: str) -> None:
     replay = replayed(tmp_path, "x.asc", after(asc(frames), f" 0.05 1  105   Rx{broken}"))
     assert "x.asc: line 301, after 295 frames: " in str(replay.damage)
 
@@ -152,7 +154,7 @@ def test_a_frame_of_a_later_object_version_is_read(tmp_path: Path, frames: list[
     assert "a frame whose header is 48 bytes long" in str(replayed(tmp_path, "x.blf", bytes(data)).damage)
 
 
-def test_objects_beside_containers_are_read(tmp_path: Path, frames: list[can.Message]) -> None:
+def test_objects_outside_containers_are_read(tmp_path: Path, frames: list[can.Message]) -> None:
     data = bytes(blf(tmp_path, frames))
     size = struct.unpack_from("<I", data, 4)[0]
     content, at = b"", size
@@ -176,7 +178,7 @@ def test_other_objects_are_counted(tmp_path: Path, frames: list[can.Message]) ->
     assert replay.comparison.frames == len(frames) - 1
 
 
-def test_a_container_packed_otherwise_is_damage(tmp_path: Path, frames: list[can.Message]) -> None:
+def test_a_container_of_unknown_compression_is_damage(tmp_path: Path, frames: list[can.Message]) -> None:
     data = blf(tmp_path, frames)
     struct.pack_into("<H", data, struct.unpack_from("<I", data, 4)[0] + 16, 7)
     with pytest.raises(InputError, match="a container that is packed by method 7"):
@@ -205,14 +207,14 @@ def test_a_log_of_two_guards_asks_for_the_channel(tmp_path: Path, frames: list[c
         replayed(tmp_path, "x.log", text, channel="can7")
 
 
-def test_another_buss_frames_are_left_out_and_told(tmp_path: Path, frames: list[can.Message]) -> None:
+def test_frames_of_another_bus_are_omitted_and_reported(tmp_path: Path, frames: list[can.Message]) -> None:
     other = [frame for frame in frames if frame.arbitration_id == frames[0].arbitration_id]
     replay = replayed(tmp_path, "x.log", candump(frames, "can0") + candump(other, "can1"))
     assert replay.equal
     assert f"frames on other channels, left out: can1 ({len(other)})" in lines(replay)
 
 
-def test_a_difference_of_the_format_only_says_so(tmp_path: Path, frames: list[can.Message]) -> None:
+def test_a_difference_only_in_the_format_is_reported_as_such(tmp_path: Path, frames: list[can.Message]) -> None:
     text = candump(frames, "can0").replace("#", "##1")
     replay = replayed(tmp_path, "x.log", text)
     assert not replay.equal
@@ -221,7 +223,7 @@ def test_a_difference_of_the_format_only_says_so(tmp_path: Path, frames: list[ca
     assert "only the frame format differs (classic or CAN FD), the bytes are the same" in lines(replay)
 
 
-def test_frames_with_29_bit_ids_are_not_the_wires(tmp_path: Path, frames: list[can.Message]) -> None:
+def test_frames_with_29_bit_ids_do_not_belong_to_the_wire(tmp_path: Path, frames: list[can.Message]) -> None:
     text = "".join(
         candump([one], "can0") + f"({one.timestamp:.6f}) can0 {one.arbitration_id:08X}#0000000000000000 R\n"
         for one in frames
@@ -231,7 +233,7 @@ def test_frames_with_29_bit_ids_are_not_the_wires(tmp_path: Path, frames: list[c
     assert replay.comparison.foreign_frames == len(frames)
 
 
-def test_the_option_goes_with_logs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_channel_option_is_refused_without_logs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["replay", "--csv", "x.csv", "--robot", "panda", "--log-channel", "1"]) == 2
     assert "--log-channel goes with bus logs" in capsys.readouterr().err
     assert next(iter(BusLog(written(tmp_path)))).arbitration_id == 0x20
@@ -243,7 +245,7 @@ def written(folder: Path) -> Path:
     return path
 
 
-def test_an_object_of_no_size_is_damage_and_not_read_for_ever(tmp_path: Path, frames: list[can.Message]) -> None:
+def test_an_object_of_size_zero_is_damage_and_ends_the_reading(tmp_path: Path, frames: list[can.Message]) -> None:
     data = blf(tmp_path, frames)
     at = -1
     for _ in range(40):

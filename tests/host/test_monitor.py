@@ -1,5 +1,4 @@
-"""`tauperp monitor` as a person and a machine meet it: in a pseudo-terminal, on a pipe, and on a bus that has no way to
-send."""
+"""`tauperp monitor` in a pseudo-terminal, on a pipe, and on a bus that cannot send."""
 
 import dataclasses
 import datetime
@@ -34,7 +33,7 @@ def on_screen(script: str, columns: int, rows: int, *arguments: str) -> Terminal
 
 @functools.cache
 def snapshot_of(*scripts: Script, cycles: int = 60) -> Snapshot:
-    """What is known after so many cycles of each script."""
+    """The state after this many cycles of each script."""
     monitor, feed, now_s = Monitor(WIRE, now_s=0.0, epoch_s=1e9), Feed(WIRE), 0.0
     for script in scripts:
         for _ in range(cycles):
@@ -63,7 +62,7 @@ def test_a_moving_robot_on_the_screen(columns: int, rows: int) -> None:
             "crc          11     0",
             "J7",
         )
-        assert "│" in line_of(terminal, "J1")  # below its threshold: the mark is to be seen
+        assert "│" in line_of(terminal, "J1")  # below its threshold: the mark is visible
         assert "-6.25" in line_of(terminal, "J2")
         assert line_of(terminal, "J2").rstrip().endswith("2.00")
         assert [line for line in terminal.lines if len(line) > columns] == []
@@ -106,10 +105,10 @@ def test_a_silent_bus_says_that_silence_means_stop() -> None:
 
 
 @pytest.mark.parametrize("end", ["press_ctrl_c", "interrupt"])
-def test_the_terminal_is_given_back_as_it_was(end: str) -> None:
+def test_the_terminal_is_restored_at_the_end(end: str) -> None:
     with on_screen("moving", 80, 24) as terminal:
         terminal.wait_for(lambda text: "motion is permitted" in text)
-        assert "\x1b[?1049h" in terminal.output  # the second screen, so that the scrollback stays the user's
+        assert "\x1b[?1049h" in terminal.output  # the alternate screen, so that the user's scrollback is kept
         assert getattr(terminal, end)() == 130
         assert terminal.output.rstrip().endswith("\x1b[?25h\x1b[?1049l")
         assert "Traceback" not in terminal.output
@@ -156,7 +155,7 @@ def test_a_bar_reaches_the_mark_exactly_at_the_threshold() -> None:
     assert "▶" in bar_of(100.0)
 
 
-def test_what_is_old_is_grey() -> None:
+def test_old_values_are_grey() -> None:
     fresh = snapshot_of(MOVING)
     old = dataclasses.replace(
         fresh,
@@ -173,7 +172,7 @@ def test_what_is_old_is_grey() -> None:
     assert coloured(old) == {"bright_black"}
 
 
-def test_once_is_the_same_picture_as_plain_text() -> None:
+def test_once_prints_the_same_picture_as_plain_text() -> None:
     done = subprocess.run(
         [sys.executable, FEED, "tripped", "monitor", "--once"], capture_output=True, text=True, timeout=60
     )
@@ -183,7 +182,7 @@ def test_once_is_the_same_picture_as_plain_text() -> None:
     assert max(len(line) for line in done.stdout.splitlines()) <= 100
 
 
-def test_json_is_one_object_a_line() -> None:
+def test_json_is_one_object_per_line() -> None:
     arguments = ["monitor", "--json", "--every", "0.5", "--duration", "1.8"]
     done = subprocess.run([sys.executable, FEED, "tripped", *arguments], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
@@ -195,13 +194,13 @@ def test_json_is_one_object_a_line() -> None:
     assert abs(lines[-1]["time_s"] - now) < 60
 
 
-class Ear(can.BusABC):
-    """A bus with no way to send, fed from a list."""
+class ReceiveOnlyBus(can.BusABC):
+    """A bus that cannot send; its frames come from a list."""
 
-    channel_info = "an ear"
+    channel_info = "receive only"
 
     def __init__(self, frames: Iterator[can.Message]) -> None:
-        super().__init__(channel="ear")
+        super().__init__(channel="receive only")
         self._frames = frames
         self.sent = 0
 
@@ -217,19 +216,19 @@ class Ear(can.BusABC):
 
 
 @pytest.mark.parametrize("arguments", [["--once"], ["--json", "--duration", "1", "--every", "0.2"]])
-def test_it_only_listens(
+def test_the_monitor_sends_nothing(
     arguments: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     feed = Feed(WIRE)
-    ear = Ear(frame for script in (MOVING, TRIPPED, MOVING) * 20 for frame in feed.frames(script))
-    monkeypatch.setattr(command, "open_bus", lambda *_, **__: ear)
+    bus = ReceiveOnlyBus(frame for script in (MOVING, TRIPPED, MOVING) * 20 for frame in feed.frames(script))
+    monkeypatch.setattr(command, "open_bus", lambda *_, **__: bus)
     cli.main(["monitor", *arguments])
     assert "StopCommand" in capsys.readouterr().out
-    assert ear.sent == 0
+    assert bus.sent == 0
 
 
-def test_the_live_view_only_listens_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A second node on the same bus hears nothing that the feed has not sent."""
+def test_the_live_view_sends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second node on the same bus receives nothing but the frames of the feed."""
     with can.Bus(interface="virtual", channel="watched") as bus, can.Bus(interface="virtual", channel="watched") as ear:
         feed = Feed(WIRE)
         sent = [frame for _ in range(20) for frame in feed.frames(MOVING)]
@@ -251,7 +250,7 @@ def test_the_live_view_only_listens_too(monkeypatch: pytest.MonkeyPatch) -> None
         ([], "the live view needs a terminal; use --once or --json"),
     ],
 )
-def test_what_cannot_be_watched_is_one_line(
+def test_a_wrong_bus_option_or_terminal_gives_one_line(
     arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["monitor", *arguments]) == 2
@@ -261,23 +260,25 @@ def test_what_cannot_be_watched_is_one_line(
     assert err.count("\n") == 1
 
 
-def test_a_bus_that_goes_away_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bus_that_disappears_gives_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     def unplugged() -> Iterator[can.Message]:
         yield from Feed(WIRE).frames(MOVING)
         raise can.CanOperationError("Failed to receive: No such device")
 
-    monkeypatch.setattr(command, "open_bus", lambda *_, **__: Ear(unplugged()))
+    monkeypatch.setattr(command, "open_bus", lambda *_, **__: ReceiveOnlyBus(unplugged()))
     assert cli.main(["monitor", "--once"]) == 2
     assert "Failed to receive: No such device" in capsys.readouterr().err
 
 
-def test_a_terminal_that_can_show_no_picture_is_told_so() -> None:
+def test_a_terminal_that_cannot_show_the_view_is_refused() -> None:
     with Terminal([FEED, "moving", "monitor"], 80, 24, kind="dumb") as terminal:
         assert terminal.wait() == 2
         assert "this terminal (TERM) cannot show the live view; use --once or --json" in terminal.output
 
 
-def test_an_interface_that_is_down_for_a_while_is_counted_and_waited_for(
+def test_the_monitor_counts_and_waits_while_an_interface_is_down(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     class Flapping:
@@ -295,7 +296,7 @@ def test_an_interface_that_is_down_for_a_while_is_counted_and_waited_for(
                 raise can.CanOperationError("Network is down", errno.ENETDOWN)
             return next(self._frames)
 
-    monkeypatch.setattr(command, "open_bus", lambda *_, **__: Ear(Flapping()))
+    monkeypatch.setattr(command, "open_bus", lambda *_, **__: ReceiveOnlyBus(Flapping()))
     cli.main(["monitor", "--once", "--json", "--duration", "0.1"])
     output = capsys.readouterr()
     assert output.err == ""

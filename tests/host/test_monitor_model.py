@@ -51,10 +51,10 @@ def test_a_bus_without_a_guard_permits_nothing() -> None:
     snapshot = Listening().see(later_s=5.0)
     assert not snapshot.heard
     assert not snapshot.permitted
-    assert snapshot.stops == ()  # nobody had permitted anything that could have ended
+    assert snapshot.stops == ()  # there was no permission that could have ended
 
 
-def test_a_permission_is_one_while_it_is_renewed() -> None:
+def test_a_permission_lasts_while_it_is_renewed() -> None:
     listening = Listening().hear(MOVING)
     assert listening.see().permitted
     assert listening.see(later_s=0.9 * SILENT_S).permitted
@@ -84,7 +84,7 @@ def test_a_frame_that_fails_its_check_changes_nothing_but_a_count() -> None:
     assert traffic(snapshot, "StopCommand").crc_errors == snapshot.total("crc_errors") == 1
 
 
-def test_a_frame_with_a_value_that_cannot_be_is_not_believed() -> None:
+def test_a_frame_with_an_impossible_value_is_discarded() -> None:
     message = WIRE.message("StopCommand")
     listening = Listening().hear(TRIPPED)
     moving = next(frame for frame in listening.feed.frames(MOVING) if frame.arbitration_id == message.id)
@@ -96,7 +96,7 @@ def test_a_frame_with_a_value_that_cannot_be_is_not_believed() -> None:
     assert not snapshot.permitted
 
 
-def test_everything_that_the_guard_says_of_itself_is_kept_in_the_words_of_the_dbc() -> None:
+def test_every_status_value_is_kept_with_its_name_in_the_dbc() -> None:
     snapshot = Listening().hear(TRIPPED).see()
     told = {name: reading.value for name, reading in snapshot.status.items()}
     assert told["State"] == "Stopped"
@@ -124,7 +124,7 @@ def test_every_joint_has_its_own_torques() -> None:
         assert reading.value.threshold_nm == pytest.approx(2.0)
 
 
-def test_values_grow_old_one_by_one() -> None:
+def test_each_value_has_its_own_age() -> None:
     listening = Listening().hear(MOVING)
     quiet = dataclasses.replace(MOVING, guard=False)
     assert all(reading.live for reading in listening.see().status.values())
@@ -151,7 +151,7 @@ def test_rates_are_counted_and_compared_with_the_dbc() -> None:
     assert traffic(snapshot, "JointState8").expected_hz is None  # this robot has seven
 
 
-@pytest.mark.parametrize("joint", [5, 7])  # that it has a seventh, only the guard can tell
+@pytest.mark.parametrize("joint", [5, 7])  # only the guard reports that there is a seventh
 def test_a_joint_that_is_silent_is_missing_and_no_other_message_is(joint: int) -> None:
     script = dataclasses.replace(MOVING, silent_joints=(joint,))
     snapshot = Listening().hear(script, 2.2).see()
@@ -165,23 +165,23 @@ def test_a_slow_bus_is_a_slow_sync_and_nothing_else() -> None:
     assert traffic(snapshot, "GuardStatus").expected_hz == pytest.approx(50, rel=0.05)
 
 
-def test_can_fd_is_expected_at_a_thousand_cycles_and_any_bus_at_the_rate_that_is_asked_for() -> None:
+def test_the_expected_rate_is_1000_cycles_on_can_fd_or_the_given_one() -> None:
     assert traffic(Listening(fd=True).hear(MOVING, 1.0, 0.001).see(), "Sync").expected_hz == 1000
     assert traffic(Listening(rate_hz=250.0).hear(MOVING).see(), "Sync").expected_hz == 250
 
 
 @pytest.mark.parametrize(("fd", "period_s"), [(False, 0.002), (True, 0.001)])
-def test_the_bus_load_is_the_worst_case_of_what_was_really_sent(fd: bool, period_s: float) -> None:
+def test_the_bus_load_is_the_worst_case_of_the_frames_sent(fd: bool, period_s: float) -> None:
     snapshot = Listening(fd=fd).hear(MOVING, 2.2, period_s).see()
     load = worst_case_load(WIRE, joints=7, rate_hz=1 / period_s, fd=fd)
     resets = worst_case_load(WIRE, joints=7, rate_hz=1 / period_s, fd=fd) - snapshot.load
-    assert 0 < resets < 0.06  # worst_case_load counts a GuardReset in every cycle; nobody sent one
+    assert 0 < resets < 0.06  # worst_case_load counts a GuardReset in every cycle; the feed sends none
     assert snapshot.load == pytest.approx(load, abs=0.06)
     slower = Listening(fd=fd, bitrate=500_000.0).hear(MOVING, 2.2, period_s).see()
     assert slower.load > 1.3 * snapshot.load
 
 
-def test_lost_repeated_foreign_and_misshapen_frames_are_counted_apart() -> None:
+def test_lost_repeated_foreign_and_malformed_frames_are_counted_separately() -> None:
     listening = Listening().hear(MOVING)
     frames = list(listening.feed.frames(MOVING))
     frames = list(listening.feed.frames(MOVING))  # the cycle before was lost
@@ -195,7 +195,9 @@ def test_lost_repeated_foreign_and_misshapen_frames_are_counted_apart() -> None:
     assert (snapshot.foreign_frames, snapshot.format_errors, snapshot.error_frames) == (1, 1, 1)
 
 
-def test_an_interface_that_is_down_is_told_until_a_frame_comes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interface_that_is_down_is_reported_until_a_frame_arrives(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     listening = Listening()
     assert not listening.see().interface_down
     listening.monitor.note_bus_error()
@@ -221,7 +223,7 @@ def test_a_trip_is_remembered_with_its_time_cause_and_length() -> None:
     assert stop.lasted_s == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_trip_right_after_a_trip_is_two() -> None:
+def test_a_trip_right_after_a_trip_counts_as_a_second_one() -> None:
     listening = Listening().hear(MOVING).hear(TRIPPED)
     fault = dataclasses.replace(TRIPPED, state=5, reason=13, joint=0, trip=8)
     newest, before = listening.hear(fault).see().stops
@@ -229,12 +231,12 @@ def test_a_trip_right_after_a_trip_is_two() -> None:
     assert before.lasted_s == pytest.approx(0.1, abs=0.01)
 
 
-def test_a_trip_that_was_latched_before_says_so() -> None:
+def test_a_trip_latched_before_the_start_is_marked_as_earlier() -> None:
     (stop,) = Listening().hear(TRIPPED).see().stops
     assert stop.earlier
 
 
-def test_a_guard_that_starts_has_not_stopped_anything() -> None:
+def test_the_start_of_a_guard_is_not_a_stop() -> None:
     waiting = dataclasses.replace(MOVING, permitted=False, state=2, reason=4)
     assert Listening().hear(waiting).hear(MOVING).see().stops == ()
 
@@ -260,7 +262,7 @@ def test_silence_is_a_stop_that_ends_with_the_next_permission() -> None:
     assert stop.lasted_s == pytest.approx(1.0, abs=0.02)
 
 
-def test_silences_one_after_the_other_are_one_line_and_the_trip_before_stays() -> None:
+def test_consecutive_silences_are_one_line_and_the_earlier_trip_stays() -> None:
     listening = Listening().hear(MOVING).hear(TRIPPED).hear(dataclasses.replace(MOVING, trip=7))
     for _ in range(4):
         listening.see(later_s=1.0)
@@ -289,7 +291,7 @@ def test_a_simulation_that_is_slower_than_real_time_is_not_silent() -> None:
         ({"state": 5, "reason": 15}, None, "remove the cause and restart the guard"),
     ],
 )
-def test_a_stopped_robot_is_told_what_to_do(changes: dict[str, Any], reset: int | None, said: str) -> None:
+def test_advice_is_given_while_the_robot_is_stopped(changes: dict[str, Any], reset: int | None, said: str) -> None:
     listening = Listening().hear(dataclasses.replace(TRIPPED, **changes), 1.2)
     if reset is not None:
         sender = Sender(WIRE, fd=False)
@@ -298,11 +300,11 @@ def test_a_stopped_robot_is_told_what_to_do(changes: dict[str, Any], reset: int 
     assert said in advice(listening.see())
 
 
-def test_nothing_is_advised_while_motion_is_permitted() -> None:
+def test_no_advice_is_given_while_motion_is_permitted() -> None:
     assert advice(Listening().hear(MOVING).see()) == ""
 
 
-def test_the_history_of_a_day_does_not_grow_without_end() -> None:
+def test_the_history_is_bounded() -> None:
     listening = Listening()
     for trip in range(1, 256):
         listening.hear(dataclasses.replace(TRIPPED, trip=trip), 2 * PERIOD_S)
@@ -311,7 +313,7 @@ def test_the_history_of_a_day_does_not_grow_without_end() -> None:
     assert stops[0].trip_number == 255
 
 
-def test_json_holds_everything_and_nothing_that_json_cannot() -> None:
+def test_json_holds_every_value_and_is_valid() -> None:
     listening = Listening().hear(MOVING, 1.0).hear(TRIPPED)
     line = json.loads(json.dumps(report(listening.see()), allow_nan=False))
     assert line["permitted"] is False
@@ -324,7 +326,7 @@ def test_json_holds_everything_and_nothing_that_json_cannot() -> None:
     assert json.loads(json.dumps(report(Listening().see()), allow_nan=False))["verdict"] is None
 
 
-def test_rates_forget_after_their_window_and_survive_a_long_silence() -> None:
+def test_rates_cover_only_their_window_and_are_right_after_a_long_silence() -> None:
     rates = Rates(0.0)
     for step in range(100):
         rates.add("a", step * 0.01)
@@ -339,7 +341,7 @@ def test_rates_forget_after_their_window_and_survive_a_long_silence() -> None:
     assert rates.rate("a") == pytest.approx(1 / WINDOW_S)
 
 
-def test_names_of_the_dbc_are_read_out_as_words() -> None:
+def test_names_of_the_dbc_are_shown_as_words() -> None:
     assert [spoken(name) for name in ("TickOverBudget", "None", "RxOverflow")] == [
         "tick over budget",
         "none",

@@ -1,4 +1,4 @@
-"""The picture and the page of a run: they show what happened, and need nothing but themselves."""
+"""The picture and the page of a run show what happened, and need no other file."""
 
 import base64
 import ctypes.util
@@ -32,7 +32,7 @@ name = "nothing"
 task = "none"
 do = [{ wait_s = 0.4 }]
 [[phase]]
-name = "a payload nobody spoke of"
+name = "an unannounced payload"
 task = "none"
 payload = { mass_kg = 2.0 }
 do = [{ wait_s = 0.4 }]
@@ -68,7 +68,7 @@ def test_the_page_is_one_file_with_everything_in_it(failed: Outcome) -> None:
     page = run_page(failed)
     assert "FAILED" in page
     assert 'src="data:image/png;base64,' in page
-    assert "a payload nobody spoke of" in page
+    assert "an unannounced payload" in page
     assert failed.report["hashes"]["firmware"] in page
     assert re.findall(r"(?:src|href)=\"(?!data:)", page) == []
 

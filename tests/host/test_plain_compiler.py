@@ -1,4 +1,4 @@
-"""The firmware's sources build with nothing but a C compiler: no flags that matter, no library."""
+"""The firmware's sources build with a C compiler alone: without special flags and without a library."""
 
 import shutil
 import subprocess
@@ -22,7 +22,7 @@ FOLDERS = ("firmware/core", "firmware/wire", "firmware/wire/generated", "firmwar
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_a_program_links_without_the_library_of_mathematics(tmp_path: Path, compiler: str) -> None:
+def test_a_program_links_without_libm(tmp_path: Path, compiler: str) -> None:
     if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")
     root = repository_root()

@@ -1,5 +1,5 @@
 """Both experiments on arms as their makers publish them (PyPI's example-robot-data): each is fitted to the arm and
-passes, or says what the arm cannot do. All are fitted, one is run; with TAUPERP_ARMS=all every one is (`make arms`)."""
+passes, or the report names what the arm cannot do. All are fitted and one runs; `make arms` runs every one."""
 
 import os
 from collections.abc import Callable
@@ -40,7 +40,7 @@ ARMS: dict[str, tuple[str, dict[str, Any]]] = {
         {"base": "torso_lift_link", "tip": "arm_left_7_link"},
     ),
 }
-CANNOT = {  # what an arm cannot do, in words
+CANNOT = {  # messages about what an arm cannot do
     **{(name, "contact"): "6 joints d_e is zero for every force" for name in ("ur3", "ur5", "ur10", "j2s6s200")},
     **{("tiago", name): "1/3 of the torque limit of 3 Nm of joint arm_left_5_joint" for name in EXPERIMENTS},
 }
@@ -71,7 +71,7 @@ def tell(capsys: pytest.CaptureFixture[str]) -> Callable[[str], None]:
 
 
 @pytest.mark.parametrize(("name", "experiment"), EVERY)
-def test_an_experiment_is_fitted_to_the_arm_or_says_what_it_cannot_do(
+def test_an_experiment_is_fitted_to_the_arm_or_the_reason_is_reported(
     name: str, experiment: str, tell: Callable[[str], None]
 ) -> None:
     robot = arm(name)
@@ -99,7 +99,7 @@ def test_a_fitted_experiment_passes(name: str, experiment: str, tell: Callable[[
     assert all(one["detected"] for one in outcome.report["collisions"])
 
 
-def test_an_arm_without_rotors_is_an_unstable_simulation_and_no_false_stop() -> None:
+def test_an_unstable_simulation_without_rotors_is_not_a_false_stop() -> None:
     scenario = load_experiment("contact", robot=arm("xarm7"))
     bare, note = with_rotors(arm("xarm7"), [1e-9] * 7)
     assert note is None
@@ -108,7 +108,7 @@ def test_an_arm_without_rotors_is_an_unstable_simulation_and_no_false_stop() -> 
 
 
 @pytest.mark.parametrize(("swing", "touched", "wrong"), [(0.3, False, True), (0.3, True, False), (1e-3, False, False)])
-def test_a_velocity_that_flips_from_cycle_to_cycle_is_the_simulations_fault(
+def test_a_velocity_that_alternates_each_cycle_is_a_fault_of_the_simulation(
     swing: float, touched: bool, wrong: bool
 ) -> None:
     bench = Arm(arm("z1"), period_s=1e-3)
@@ -119,7 +119,7 @@ def test_a_velocity_that_flips_from_cycle_to_cycle_is_the_simulations_fault(
         assert "joint 1 oscillates from cycle to cycle" in next(one for one in told if one)
 
 
-def test_a_rotor_that_is_given_is_taken_and_one_that_is_not_is_estimated() -> None:
+def test_a_given_rotor_inertia_is_used_and_a_missing_one_is_estimated() -> None:
     robot, note = with_rotors(arm("xarm7"), [0.3, 0.3, 0.0, 0.2, 0.1, 0.1, 0.1])
     assert [joint.rotor_inertia for joint in robot.joints][:2] == [0.3, 0.3]
     assert 0.01 < robot.joints[2].rotor_inertia < 1.0
@@ -127,7 +127,7 @@ def test_a_rotor_that_is_given_is_taken_and_one_that_is_not_is_estimated() -> No
     assert "rotor inertia of joint3 is not given" in note
 
 
-def test_a_campaign_estimates_rotors_too_and_says_so() -> None:
+def test_a_campaign_estimates_rotors_too_and_reports_it() -> None:
     given = load_configuration("default", robot=arm("xarm7"))
     plan = Plan(PlanFile(collisions=1, free_moves=20), given, Path("plan.toml"))
     assert all(joint.rotor_inertia > 0 for joint in plan.configuration.robot.joints)
@@ -148,7 +148,7 @@ def test_a_scenario_gives_rotors_by_their_own_inertia_and_gear(tmp_path: Path) -
         load_scenario(path)
 
 
-def test_an_arm_keeps_within_the_wire() -> None:
+def test_an_arm_stays_within_the_range_of_the_wire() -> None:
     wire = load_configuration("default", robot="ku_dex").wire
     robot = within_wire(arm("j2s6s200"), wire)
     for joint in robot.joints:
@@ -156,7 +156,7 @@ def test_an_arm_keeps_within_the_wire() -> None:
 
 
 @pytest.mark.parametrize(("key", "value"), [("start_rad", 4.2), ("point.A.joints_rad", -3.2)])
-def test_a_posture_that_the_arm_cannot_have_is_one_line(tmp_path: Path, key: str, value: float) -> None:
+def test_an_impossible_posture_gives_one_line(tmp_path: Path, key: str, value: float) -> None:
     posture = f"{key.split('.')[-1]} = {[0.0, 0.0, value, 0.0, 0.0, 0.0, 0.0]}\n"
     table = "" if key == "start_rad" else "[point.A]\n"
     path = tmp_path / "far.toml"

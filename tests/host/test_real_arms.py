@@ -1,6 +1,6 @@
-"""Recordings of real arms through the commands that users have; skipped where the recordings are not.
+"""Recordings of real arms through the commands of users; skipped where there are no recordings.
 
-They are looked for beside the checkout, or where TAUPERP_RECORDINGS says. Touches of a Panda: test_replay_panda.
+Their folder is next to the checkout, or TAUPERP_RECORDINGS names it. Touches of a Panda: test_replay_panda.
 """
 
 import json
@@ -26,7 +26,7 @@ def calibrated(recording: str, robot: str, out: Path) -> str:
 
 
 def scored(recordings: list[str], config: str, out: Path, *options: str) -> list[dict[str, Any]]:
-    """What `tauperp score` says of each of them."""
+    """The results of `tauperp score` for each recording."""
     paths = [str(DATA / name) for name in recordings]
     assert cli.main(["score", *paths, "--config", config, "--out", str(out), *options]) in (0, 1)
     files: list[dict[str, Any]] = json.loads((out / "score.json").read_text())["files"]
@@ -34,7 +34,7 @@ def scored(recordings: list[str], config: str, out: Path, *options: str) -> list
 
 
 def test_strikes_on_a_moving_ur10_are_found_with_thresholds_from_another_file(tmp_path: Path) -> None:
-    """Seven strikes by hand, seen in the recording as steps of r of joints 1 to 3; torques from motor currents."""
+    """Seven strikes by hand, visible in the recording as steps of r of joints 1 to 3; torques from motor currents."""
     try:
         package = distribution("example-robot-data")
     except PackageNotFoundError:
@@ -54,7 +54,7 @@ def test_strikes_on_a_moving_ur10_are_found_with_thresholds_from_another_file(tm
 
 
 def test_an_unknown_load_on_a_ur10e_does_not_move_the_payload_index(tmp_path: Path) -> None:
-    """Calibrated without a load: with 2.6 kg in the gripper r is above its thresholds most of the time, d_p never."""
+    """Calibrated without a load. With 2.6 kg in the gripper r is above its thresholds most of the time, d_p never."""
     config = calibrated("ur10e_load/ur10e_20_01_31-unload.csv.gz", str(DATA / "ur10e_load/ur10e.urdf"), tmp_path / "c")
     load = ["ur10e_load/ur10e_20_01_31-load.csv.gz"]
     (none,) = scored(load, config, tmp_path / "none")
@@ -66,7 +66,7 @@ def test_an_unknown_load_on_a_ur10e_does_not_move_the_payload_index(tmp_path: Pa
     assert payload["permitted_share"] > 0.9
 
 
-def test_pushes_into_free_motion_are_found_more_often_than_by_a_single_gain(tmp_path: Path) -> None:
+def test_the_bank_finds_more_pushes_into_free_motion_than_a_single_gain(tmp_path: Path) -> None:
     """Thresholds from the first half, pushes into the second; the observer at K = 50 on the same signals."""
     (tmp_path / "bank.toml").write_text((repository_root() / "docs" / "plans" / "bank.toml").read_text())
     (tmp_path / "plan.toml").write_text(

@@ -53,7 +53,7 @@ def test_a_recording_holds_every_frame_of_both_directions_in_simulated_time(
         ("there.log/x.log", "there.log/x.log: "),
     ],
 )
-def test_a_recording_that_cannot_be_is_one_line_before_the_run(
+def test_an_impossible_recording_gives_one_line_before_the_run(
     logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, message: str
 ) -> None:
     (tmp_path / "there.log").write_text("precious")
@@ -80,7 +80,7 @@ def test_a_run_that_fails_leaves_no_recording(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".blf", ".asc", ".log"])
-def test_ctrl_c_keeps_a_readable_file_of_what_was_before(tmp_path: Path, suffix: str) -> None:
+def test_ctrl_c_leaves_a_readable_file_of_the_run_so_far(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"x{suffix}"
     frame = can.Message(arbitration_id=STOP, is_extended_id=False, data=bytes(8), is_fd=True)
 

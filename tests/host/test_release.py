@@ -1,4 +1,4 @@
-"""What a release says of itself agrees with the sources."""
+"""Version, citation and locked dependencies of a release agree with the sources."""
 
 import re
 
@@ -11,7 +11,7 @@ ROOT = repository_root()
 
 
 @pytest.mark.gate
-def test_the_version_has_one_place_and_the_citation_follows_it() -> None:
+def test_the_version_is_defined_once_and_the_citation_agrees() -> None:
     macros = dict(re.findall(r"#define TAUPERP_VERSION_(\w+) +(\d+)u", (ROOT / "firmware/guard/version.h").read_text()))
     assert __version__ == ".".join(macros[part] for part in ("MAJOR", "MINOR", "PATCH"))
     assert re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE) == [__version__]

@@ -1,4 +1,4 @@
-"""Recordings through the firmware: reading them, playing them, and scoring what the guard made of them."""
+"""Recordings through the firmware: reading them, playing them, and scoring the guard's reactions."""
 
 import gzip
 import json
@@ -36,7 +36,7 @@ def gravity() -> np.ndarray:
 
 @pytest.fixture
 def write(tmp_path: Path, gravity: np.ndarray) -> Callable[..., Path]:
-    """Write a recording of an arm that stands at POSE and is touched; labels cover what `labelled` says."""
+    """Write a recording of an arm that stands at POSE and is touched; `labelled` selects the labelled touches."""
 
     def write(
         touches: list[Touch],
@@ -116,7 +116,7 @@ def test_touches_are_the_stretches_of_the_label(write: Write) -> None:
         (lambda text: text.replace("0.0100000,", "0.0010000,", 1), ":4: time goes back"),
     ],
 )
-def test_a_recording_that_cannot_be_used_says_where(write: Write, edit: Callable[[str], str], message: str) -> None:
+def test_a_damaged_recording_is_refused_with_its_place(write: Write, edit: Callable[[str], str], message: str) -> None:
     path = write([])
     path.write_text(edit(path.read_text()))
     with pytest.raises(InputError) as error:
@@ -125,20 +125,20 @@ def test_a_recording_that_cannot_be_used_says_where(write: Write, edit: Callable
     assert message in str(error.value)
 
 
-def test_a_byte_order_mark_is_no_part_of_a_columns_name(write: Write) -> None:
+def test_a_byte_order_mark_is_not_part_of_a_columns_name(write: Write) -> None:
     path = write([])
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert len(read_csv(path, 7).time_s) == 600
 
 
-def test_a_file_that_is_no_text_is_named(tmp_path: Path) -> None:
+def test_a_binary_file_is_named(tmp_path: Path) -> None:
     for content in (b"\xff\xff", b"\x1f\x8bnot gzip"):
         (tmp_path / "x.csv").write_bytes(content)
         with pytest.raises(InputError, match=r"x\.csv: (not a CSV file|no recording)"):
             read_csv(tmp_path / "x.csv", 7)
 
 
-def test_the_offset_of_the_sensors_is_taken_away(write: Write, configuration: Configuration) -> None:
+def test_the_offset_of_the_sensors_is_subtracted(write: Write, configuration: Configuration) -> None:
     playback, _ = played(write([]), configuration)
     np.testing.assert_allclose(playback.offset_nm, OFFSET, atol=1e-4)
     assert np.abs(playback.residual).max() < 0.02
@@ -171,13 +171,13 @@ def test_a_touch_below_the_threshold_is_missed(write: Write, configuration: Conf
     assert not is_good([result])
 
 
-def test_a_push_that_nobody_labelled_is_an_alarm(write: Write, configuration: Configuration) -> None:
+def test_an_unlabelled_push_is_an_alarm(write: Write, configuration: Configuration) -> None:
     _, result = played(write([(1.5, 2.0, 5.0)], labelled=[]), configuration)
     assert (result.touches, len(result.alarms)) == (0, 1)
     assert not is_good([result])
 
 
-def test_a_stop_before_the_label_is_an_alarm_and_finds_nothing(write: Write, configuration: Configuration) -> None:
+def test_a_stop_before_the_label_is_an_alarm_and_not_a_detection(write: Write, configuration: Configuration) -> None:
     _, result = played(write([(1.5, 2.0, 5.0)], labelled=[(1.7, 2.0)]), configuration)
     assert (len(result.found), len(result.missed), len(result.alarms)) == (0, 1, 1)
 
@@ -191,7 +191,7 @@ def test_without_labels_every_collision_is_an_alarm(write: Write, configuration:
     assert (result.touches, len(result.alarms)) == (0, 1)
 
 
-def test_a_reading_out_of_range_is_an_input_stop_and_no_alarm(write: Write, configuration: Configuration) -> None:
+def test_a_reading_out_of_range_is_an_input_stop_and_not_an_alarm(write: Write, configuration: Configuration) -> None:
     def jump(columns: list[str], values: np.ndarray) -> None:
         values[400, columns.index("q3")] = 0.5  # the joint ends at -0.07
 
@@ -211,16 +211,14 @@ def test_the_guard_runs_at_the_recordings_rate(write: Write, configuration: Conf
     assert playback.residual[trip.row, 1] == pytest.approx(expected, rel=0.1)
 
 
-def test_a_recording_that_a_classic_bus_could_not_carry_goes_as_can_fd(
-    write: Write, configuration: Configuration
-) -> None:
+def test_a_recording_too_fast_for_classic_can_is_played_as_can_fd(write: Write, configuration: Configuration) -> None:
     assert configuration.settings.wire.format == "classic"
     for period_s, form in ((0.002, "classic"), (0.001, "fd")):
         playback, result = played(write([(1.5, 2.0, 5.0)], period_s=period_s), configuration)
         assert (playback.configuration.settings.wire.format, len(result.found)) == (form, 1)
 
 
-def test_a_watch_sees_every_row_in_its_pose(write: Write, configuration: Configuration) -> None:
+def test_a_watcher_gets_every_row_with_its_pose(write: Write, configuration: Configuration) -> None:
     seen: list[tuple[float, bool, int]] = []
 
     def watch(moment: Moment) -> None:
@@ -284,7 +282,7 @@ def test_the_verdict_is_the_exit_code(write: Write, tmp_path: Path, capsys: pyte
         (["--robot", "pandora", "--csv", "none.csv"], "pandora"),
     ],
 )
-def test_bad_input_is_one_line_and_leaves_nothing(
+def test_bad_input_gives_one_line_and_leaves_no_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
 ) -> None:
     assert replay(*arguments, "--out", tmp_path / "out") == 2

@@ -36,7 +36,7 @@ def test_a_lockstep_log_is_repeated_bit_for_bit_with_nothing_masked(
     assert abs(trip.index_nm) > trip.threshold_nm == 2.0
 
 
-def test_one_bit_anywhere_in_the_guards_frames_is_found(logs: Path, tmp_path: Path, seed: int) -> None:
+def test_one_bit_anywhere_in_the_guards_frames_is_detected(logs: Path, tmp_path: Path, seed: int) -> None:
     print(f"seed {seed}")
     rng = random.Random(seed)
     frames = frames_of(logs / "fd.log")
@@ -61,8 +61,8 @@ def test_one_bit_anywhere_in_the_guards_frames_is_found(logs: Path, tmp_path: Pa
         assert first.logged.keys() == first.ours.keys()
 
 
-def test_an_input_that_was_another_one_is_found(logs: Path, tmp_path: Path) -> None:
-    """The guard in the log got a frame that is not in it: what it did then is not what its log says."""
+def test_an_input_missing_in_the_log_is_detected(logs: Path, tmp_path: Path) -> None:
+    """The guard received a frame that the log lacks, so its answers do not follow from the log."""
     frames = frames_of(logs / "fd.log")
     joint = WIRE.message("JointState2").id
     at = next(i for i, frame in enumerate(frames) if frame.arbitration_id == joint and frame.timestamp > 0.4)
@@ -90,7 +90,7 @@ def test_an_invented_frame_of_the_guard_is_a_difference(logs: Path, tmp_path: Pa
     assert replay.comparison.first.our_data == ""
 
 
-def test_two_guards_in_one_log_are_said(logs: Path, tmp_path: Path) -> None:
+def test_two_guards_in_one_log_are_reported(logs: Path, tmp_path: Path) -> None:
     frames = frames_of(logs / "fd.log")[:2000]
     doubled = [copy for frame in frames for copy in [frame] * (2 if frame.arbitration_id == STOP else 1)]
     replay = replayed(written(tmp_path / "two.log", doubled), logs)
@@ -109,7 +109,7 @@ def test_frames_of_others_are_counted_and_change_nothing(logs: Path, tmp_path: P
     assert replay.comparison.foreign_frames >= 1
 
 
-def test_a_log_that_begins_in_the_middle_is_compared_from_where_both_guards_are_the_same(
+def test_a_log_that_begins_during_a_run_is_compared_once_both_guards_agree(
     logs: Path, tmp_path: Path, seed: int
 ) -> None:
     print(f"seed {seed}")
@@ -182,7 +182,7 @@ def test_a_guard_that_waited_before_the_log_begins_needs_no_mask(logs: Path, tmp
     assert replay.equal
 
 
-def test_what_a_real_clock_measured_is_masked_and_nothing_else(logs: Path, tmp_path: Path, seed: int) -> None:
+def test_only_values_measured_by_a_real_clock_are_masked(logs: Path, tmp_path: Path, seed: int) -> None:
     """The same guard ticked with measured tick times, and its frames at times that jitter."""
     print(f"seed {seed}")
     rng = random.Random(seed)
@@ -210,7 +210,7 @@ def test_what_a_real_clock_measured_is_masked_and_nothing_else(logs: Path, tmp_p
     assert replay.equal
 
 
-def test_what_only_the_board_saw_is_taken_from_the_log(logs: Path, tmp_path: Path) -> None:
+def test_a_fault_known_only_to_the_board_is_taken_from_the_log(logs: Path, tmp_path: Path) -> None:
     configuration = replayed(logs / "fd.log", logs).comparison.configuration
     inputs = [f for f in frames_of(logs / "fd.log")[:8000] if f.arbitration_id not in (STOP, STATUS, INDEX)]
     guard, frames, cycle = Guard(configuration.block()), [], 0
@@ -227,7 +227,7 @@ def test_what_only_the_board_saw_is_taken_from_the_log(logs: Path, tmp_path: Pat
     assert replay.equal
 
 
-def test_another_build_of_the_firmware_masks_its_number_and_says_so(logs: Path, tmp_path: Path) -> None:
+def test_another_build_of_the_firmware_masks_its_number_and_is_reported(logs: Path, tmp_path: Path) -> None:
     frames = frames_of(logs / "fd.log")
     message = WIRE.message("GuardStatus")
     for frame in frames:
@@ -242,7 +242,7 @@ def test_another_build_of_the_firmware_masks_its_number_and_says_so(logs: Path, 
 # --- the configuration --------------------------------------------------------------------------------------------
 
 
-def test_another_configuration_is_one_line_that_names_both(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_another_configuration_gives_one_line_that_names_both(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
     origin = look_ahead(BusLog(logs / "fd.log"), WIRE, logs)[1]
     other = load_configuration("paper", robot="panda")
     assert main(["replay", str(logs / "fd.log"), "--config", "paper", "--robot", "panda"]) == 2
@@ -262,7 +262,7 @@ def test_a_configuration_that_is_shipped_is_found_by_its_crc(tmp_path: Path) -> 
     assert replay.equal
 
 
-def test_a_configuration_that_is_not_shipped_has_to_be_named(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_configuration_that_is_not_shipped_must_be_named(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(logs / "fd.log")]) == 2
     error = capsys.readouterr().err
     assert "which is no shipped preset's: name the file with --config" in error
@@ -307,7 +307,7 @@ def test_the_command_prints_what_was_compared_and_its_verdict_is_the_exit_code(
         (["x.csv.png"], "python-can reads no '.png'"),
     ],
 )
-def test_bad_arguments_are_one_line(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_arguments_give_one_line(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", *arguments]) == 2
     output = capsys.readouterr()
     assert (output.out, output.err.count("\n")) == ("", 1)

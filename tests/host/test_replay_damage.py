@@ -1,4 +1,4 @@
-"""Bus logs that are truncated, corrupt or foreign: what was before the damage is reported, and where it is."""
+"""Bus logs that are truncated, corrupt or foreign: the part before the damage is reported, and its place."""
 
 import gzip
 import json
@@ -39,7 +39,7 @@ def garbage_line(path: Path) -> None:
 
 def foreign_line(path: Path) -> None:
     lines = path.read_text().splitlines()
-    lines[5000] = "the dog ate the next frames"
+    lines[5000] = "a remark without a comment sign"
     path.write_text("\n".join(lines) + "\n")
 
 
@@ -51,7 +51,7 @@ def short_data(path: Path) -> None:
 
 
 def cut_between_bytes(path: Path) -> None:
-    """The last line is a frame still, of fewer bytes."""
+    """The last line is still a valid frame, with fewer bytes."""
     lines = path.read_text().splitlines()
     path.write_text("\n".join(lines[:5000]) + "\n" + lines[5000][: lines[5000].index("##") + 7])
 
@@ -102,7 +102,7 @@ def test_a_line_that_cannot_be_read_is_shown(logs: Path, tmp_path: Path) -> None
     foreign_line(path)
     log = BusLog(path)
     assert len(list(log)) == 5000
-    assert str(log.damage).endswith("'the dog ate the next frames' is no frame")
+    assert str(log.damage).endswith("'a remark without a comment sign' is no frame")
 
 
 def test_a_log_of_candump_without_its_option_says_which(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_a_log_of_candump_without_its_option_says_which(tmp_path: Path) -> None:
             list(BusLog(path))
 
 
-def test_line_ends_and_a_byte_order_mark_of_windows_are_no_damage(logs: Path, tmp_path: Path) -> None:
+def test_line_ends_and_a_byte_order_mark_of_windows_are_not_damage(logs: Path, tmp_path: Path) -> None:
     for suffix in (".log", ".asc"):
         path = written(tmp_path / f"x{suffix}", frames_of(logs / "fd.log")[:100])
         path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n").rstrip())
@@ -122,13 +122,11 @@ def test_line_ends_and_a_byte_order_mark_of_windows_are_no_damage(logs: Path, tm
         assert len(frames_of(path)) == 100
 
 
-def test_the_byte_where_a_cut_blf_ends_is_told_and_its_last_container_is_read_as_far_as_it_goes(
-    logs: Path, tmp_path: Path
-) -> None:
+def test_a_cut_blf_is_read_up_to_the_cut_and_its_byte_is_reported(logs: Path, tmp_path: Path) -> None:
     path = written(tmp_path / "x.blf", frames_of(logs / "fd.log"))
     at = cut_blf(path)
     log = BusLog(path)
-    whole_containers = 2 * 128 * 1024 // 112  # bytes of a CAN FD frame's object: an upper bound of one and a part
+    whole_containers = 2 * 128 * 1024 // 112  # bytes of a CAN FD frame's object: upper bound of one object and a part
     frames = list(log)
     assert log.damage is not None
     assert f"byte {at}, after {len(frames)} frames: the file ends in the middle of an object" in str(log.damage)
@@ -136,7 +134,7 @@ def test_the_byte_where_a_cut_blf_ends_is_told_and_its_last_container_is_read_as
     assert [frame.data for frame in frames] == [frame.data for frame in frames_of(logs / "fd.log")[: len(frames)]]
 
 
-def test_a_blf_that_ends_between_two_containers_is_cut_too(logs: Path, tmp_path: Path) -> None:
+def test_a_blf_that_ends_between_two_containers_is_reported_as_cut(logs: Path, tmp_path: Path) -> None:
     path = written(tmp_path / "x.blf", frames_of(logs / "fd.log"))
     data = path.read_bytes()
     path.write_bytes(data[: data.index(b"LOBJ", data.index(b"LOBJ") + 100)])
@@ -145,7 +143,7 @@ def test_a_blf_that_ends_between_two_containers_is_cut_too(logs: Path, tmp_path:
     assert "the file ends here, its header announces" in str(log.damage)
 
 
-def test_a_blf_with_an_object_of_no_size_ends(logs: Path, tmp_path: Path) -> None:
+def test_the_reading_of_a_blf_ends_at_an_object_of_size_zero(logs: Path, tmp_path: Path) -> None:
     path = tmp_path / "x.blf"
     with can.BLFWriter(path, compression_level=0) as writer:
         for frame in frames_of(logs / "fd.log")[:100]:
@@ -159,7 +157,7 @@ def test_a_blf_with_an_object_of_no_size_ends(logs: Path, tmp_path: Path) -> Non
     assert re.search("ends where it begins|an object of 0 bytes", str(log.damage))
 
 
-def test_a_gzipped_log_that_is_cut_says_so(logs: Path, tmp_path: Path) -> None:
+def test_a_cut_gzipped_log_is_reported_as_cut(logs: Path, tmp_path: Path) -> None:
     path = tmp_path / "x.log.gz"
     path.write_bytes(gzip.compress((logs / "fd.log").read_bytes())[:20_000])
     log = BusLog(path)
@@ -169,19 +167,19 @@ def test_a_gzipped_log_that_is_cut_says_so(logs: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", [".blf", ".asc", ".log", ".trc", ".csv", ".db"])
 @pytest.mark.parametrize("content", ["empty", "png", "text"])
-def test_a_file_that_is_no_log_is_one_line(
+def test_a_file_that_is_not_a_log_gives_one_line(
     logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], suffix: str, content: str
 ) -> None:
     path = tmp_path / f"x{suffix}"
     picture = bytes.fromhex("89504e470d0a1a0a0000000d49484452") + bytes(range(256)) * 20
-    path.write_bytes({"empty": b"", "png": picture, "text": b"Dear diary,\ntoday we\n"}[content])
+    path.write_bytes({"empty": b"", "png": picture, "text": b"Some notes,\nnot a table\n"}[content])
     assert main(["replay", str(path), "--scenario", str(logs / "fd.toml")]) == 2
     output = capsys.readouterr()
     assert (output.out, output.err.count("\n")) == ("", 1)
     assert str(path) in output.err
 
 
-def test_a_log_without_a_guard_is_one_line(logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_log_without_a_guard_gives_one_line(logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     frames = [frame for frame in frames_of(logs / "fd.log") if frame.arbitration_id != STOP]
     assert main(["replay", str(written(tmp_path / "x.log", frames[:3000]))]) == 2
     assert "no StopCommand in its first 3000 frames" in capsys.readouterr().err

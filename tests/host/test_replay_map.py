@@ -1,4 +1,4 @@
-"""Recordings as tables of every format, with other names, units and signs; what is wrong with one, by its place."""
+"""Recordings as tables of every format, with other names, units and signs; mistakes are reported with their place."""
 
 import gzip
 import json
@@ -186,7 +186,7 @@ def test_topics_of_an_mcap_become_rows_of_the_positions_topic(tmp_path: Path, ta
     assert_same(read_recording(write_mcap(tmp_path / "x.mcap", table), N, mapped(tmp_path, MCAP_MAP)), table)
 
 
-def test_labels_that_are_not_there_are_no_labels(tmp_path: Path, table: Table) -> None:
+def test_a_missing_label_column_means_no_labels(tmp_path: Path, table: Table) -> None:
     bare = {name: values for name, values in table.items() if name != "label"}
     for path in (write_csv(tmp_path / "x.csv", bare), write_npz(tmp_path / "x.npz", bare)):
         assert read_recording(path, N).touched is None
@@ -208,7 +208,7 @@ def test_labels_that_are_not_there_are_no_labels(tmp_path: Path, table: Table) -
         ("[position", "not TOML"),
     ],
 )
-def test_a_mistake_in_a_map_is_one_line_with_its_place(tmp_path: Path, text: str, message: str) -> None:
+def test_a_mistake_in_a_map_gives_one_line_with_its_place(tmp_path: Path, text: str, message: str) -> None:
     path = mapped(tmp_path, text)
     with pytest.raises(InputError) as error:
         column_map(N, path)
@@ -238,7 +238,7 @@ def test_a_missing_column_is_named(tmp_path: Path, table: Table) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
-def test_what_is_not_finite_ends_the_recording_at_its_row(tmp_path: Path, table: Table, suffix: str) -> None:
+def test_a_value_that_is_not_finite_ends_the_recording_at_its_row(tmp_path: Path, table: Table, suffix: str) -> None:
     broken = {name: values.copy() for name, values in table.items()}
     broken["tau_J4"][120] = np.nan
     write = {".csv": write_csv, ".npz": write_npz, ".parquet": write_parquet}[suffix]
@@ -260,7 +260,7 @@ def test_an_empty_cell_is_a_missing_value(tmp_path: Path, table: Table) -> None:
     assert len(recording.time_s) == 49
 
 
-def test_damage_beyond_the_first_block_of_rows_loses_and_repeats_nothing(tmp_path: Path) -> None:
+def test_damage_after_the_first_block_neither_loses_nor_repeats_rows(tmp_path: Path) -> None:
     rows = 10_000
     long = {
         name: np.arange(rows) * 1e-3 for name in ("time", *(f"{k}{j}" for k in ("q", "dq", "tau_J") for j in range(N)))
@@ -279,7 +279,7 @@ def cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
-def test_a_cut_gzip_is_read_as_far_as_it_goes(tmp_path: Path, table: Table) -> None:
+def test_a_cut_gzip_is_read_up_to_the_cut(tmp_path: Path, table: Table) -> None:
     path = write_csv(tmp_path / "x.csv.gz", table)
     size = path.stat().st_size
     cut(path)
@@ -291,7 +291,7 @@ def test_a_cut_gzip_is_read_as_far_as_it_goes(tmp_path: Path, table: Table) -> N
     np.testing.assert_array_equal(recording.q, stacked(table, "q")[: len(recording.q)])
 
 
-def test_a_cut_mcap_is_read_as_far_as_it_goes(tmp_path: Path, table: Table) -> None:
+def test_a_cut_mcap_is_read_up_to_the_cut(tmp_path: Path, table: Table) -> None:
     path = write_mcap(tmp_path / "x.mcap", table)
     cut(path)
     recording = read_recording(path, N, mapped(tmp_path, MCAP_MAP))
@@ -300,7 +300,7 @@ def test_a_cut_mcap_is_read_as_far_as_it_goes(tmp_path: Path, table: Table) -> N
     assert 50 < len(recording.time_s) < ROWS
 
 
-def test_a_cut_file_whose_directory_is_at_its_end_is_one_line(tmp_path: Path, table: Table) -> None:
+def test_a_cut_file_whose_directory_is_at_its_end_gives_one_line(tmp_path: Path, table: Table) -> None:
     for path in (write_npz(tmp_path / "x.npz", table), write_parquet(tmp_path / "x.parquet", table)):
         cut(path)
         with pytest.raises(InputError, match=r"not an? \.\w+ file.*or cut"):
@@ -308,8 +308,8 @@ def test_a_cut_file_whose_directory_is_at_its_end_is_one_line(tmp_path: Path, ta
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".npz", ".parquet", ".mcap", ".xlsx", ""])
-@pytest.mark.parametrize("content", [b"", b"Dear diary,\ntoday we\n", b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 9])
-def test_a_foreign_file_is_one_line(
+@pytest.mark.parametrize("content", [b"", b"Some notes,\nnot a table\n", b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 9])
+def test_a_foreign_file_gives_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], suffix: str, content: bytes
 ) -> None:
     path = tmp_path / f"x{suffix}"
@@ -325,7 +325,7 @@ def test_a_foreign_file_is_one_line(
 @pytest.mark.parametrize(
     ("suffix", "package", "write"), [(".parquet", "pyarrow", write_parquet), (".mcap", "mcap", write_mcap)]
 )
-def test_a_package_that_is_not_installed_is_one_line_that_names_the_extra(
+def test_a_missing_package_gives_one_line_that_names_the_extra(
     tmp_path: Path,
     table: Table,
     monkeypatch: pytest.MonkeyPatch,
@@ -349,7 +349,7 @@ def test_a_recording_that_would_not_fit_is_refused(
         read_recording(write_csv(tmp_path / "x.csv", table), N)
 
 
-def test_the_command_reports_what_was_before_the_damage_and_exits_with_2(
+def test_the_command_scores_the_part_before_the_damage_and_exits_with_2(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """An arm at rest, in degrees and mNm, with a touch before the line that cannot be read."""

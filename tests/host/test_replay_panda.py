@@ -1,6 +1,6 @@
-"""Six recordings of a real arm that people touch; skipped where they are not.
+"""Six recordings of a real arm that people touch; skipped where there are none.
 
-They are looked for beside the checkout, or where TAUPERP_PANDA_TOUCHES says.
+Their folder is next to the checkout, or TAUPERP_PANDA_TOUCHES names it.
 """
 
 import os
@@ -63,14 +63,14 @@ def test_the_held_out_half_stays_below_the_thresholds_while_idle(playbacks: dict
 
 
 def test_the_model_with_the_hand_is_the_one_that_fits(playbacks: dict[str, Playback]) -> None:
-    """What the first second takes away is a sensor's offset, not a missing kilogram."""
+    """The offset found in the first second is a sensor's error, not the mass of a missing hand."""
     assert max(np.abs(playback.offset_nm).max() for playback in playbacks.values()) < 0.7
     bare = load_configuration("replay_panda", robot="panda_bare")
     with pytest.raises(InputError, match=r"as a payload of \+0\.\d+ kg would: no offsets from it"):
         play(playbacks["a4"].recording, bare)
 
 
-def test_the_contact_index_is_all_but_blind_to_touches_by_hand(tmp_path: Path) -> None:
+def test_the_contact_index_hardly_reacts_to_touches_by_hand(tmp_path: Path) -> None:
     """A limit that users have to know: d_e explains the torque of a hand on a link."""
     arguments = ["replay", "--robot", "panda", "--task", "contact", "--out", str(tmp_path)]
     assert cli.main([*arguments, "--csv", str(FOLDER / "f2.csv.gz")]) == 1

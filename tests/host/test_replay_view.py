@@ -1,4 +1,4 @@
-"""`replay --view` and `--rerun`: what a watch of a bus log sees, against what the log says."""
+"""`replay --view` and `--rerun` of a bus log show what the log contains."""
 
 import importlib.util
 from pathlib import Path
@@ -17,7 +17,7 @@ from tauperp.view.replay_figure import LogTimeline, beyond_wire
 from tauperp.wire import Sender
 
 
-def test_a_watch_sees_every_cycle_of_a_log_with_its_pose_and_the_tripped_joint(logs: Path) -> None:
+def test_a_watcher_gets_every_cycle_of_a_log_with_its_pose_and_the_tripped_joint(logs: Path) -> None:
     seen: list[tuple[float, np.ndarray, bool, int]] = []
 
     def watch(moment: Moment) -> None:
@@ -35,7 +35,7 @@ def test_a_watch_sees_every_cycle_of_a_log_with_its_pose_and_the_tripped_joint(l
         if message.joint:
             poses[message.joint - 1].append(message.decode(frame.data)["Position"])
     for joint, positions in poses.items():
-        # The first frame only begins the count; from the second on each is where the joint stands.
+        # The first frame only sets the counter; from the second on each frame gives the joint's position.
         assert np.allclose([pose[joint] for _, pose, *_ in seen][1:], positions[1 : len(seen)])
     (trip,) = replay.comparison.trips
     assert [joint for *_, joint in seen[trip.cycle : trip.cycle + 5]] == [trip.joint] * 5
@@ -45,7 +45,7 @@ def test_a_watch_sees_every_cycle_of_a_log_with_its_pose_and_the_tripped_joint(l
 
 
 def test_the_figure_of_a_log_marks_missing_bad_and_frozen_readings() -> None:
-    """Joint 3 says that its sensor is at fault, joint 5 sends nothing, joint 6 a broken CRC, joint 7 freezes."""
+    """Joint 3 reports a sensor fault, joint 5 sends nothing, joint 6 sends a wrong CRC, and joint 7 freezes."""
     configuration = load_configuration("paper", robot="ku_dex")
     sender, guard, drawn = Sender(WIRE, fd=True), Guard(configuration.block()), LogTimeline()
     show = LogShow(configuration, drawn.watch)
@@ -77,7 +77,7 @@ def test_a_reading_beyond_the_wire_is_marked_in_a_score() -> None:
 
 
 @pytest.mark.parametrize("kind", ["log", "csv"])
-def test_a_replay_has_a_window_or_says_why_not(
+def test_a_replay_has_a_window_or_gives_the_reason(
     logs: Path, tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)

@@ -28,7 +28,7 @@ def arm(tmp_path: Path) -> Path:
     return path
 
 
-def test_it_prints_the_robot_and_what_was_checked(arm: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_the_robot_and_its_checks(arm: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["robot", str(arm)]) == 0
     text = capsys.readouterr().out
     for joint in load(arm).joints:
@@ -37,7 +37,7 @@ def test_it_prints_the_robot_and_what_was_checked(arm: Path, capsys: pytest.Capt
     assert "on arm.urdf on 100 states: momentum" in text
 
 
-def test_json_holds_the_same_for_machines(arm: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_holds_the_same_as_the_text(arm: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--tool", "0", "0", "-0.1", "--base-rpy", "3.1415926", "0", "0", "--name", "My Arm"]
     assert cli.main(["robot", str(arm), "--json", *options]) == 0
     summary = json.loads(capsys.readouterr().out)
@@ -67,7 +67,7 @@ def test_nothing_is_written_when_the_readers_differ(
     assert captured.err == "tauperp: the readers differ: no table is written\n"
 
 
-def test_bad_input_is_one_line_and_nothing_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_gives_one_line_and_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "table.c"
     assert cli.main(["robot", "gone.urdf", "-o", str(out)]) == 2
     assert not out.exists()
@@ -105,7 +105,7 @@ def test_a_name_becomes_a_c_identifier() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in shipped() if name != "ku_dex"])
-def test_a_description_reads_back_as_itself(name: str, tmp_path: Path) -> None:
+def test_a_written_description_is_read_back_unchanged(name: str, tmp_path: Path) -> None:
     text = (ROOT / "host" / "tauperp" / "robot" / "models" / f"{name}.toml").read_text()
     (tmp_path / "again.toml").write_text(text)
     assert descriptor_text(read_descriptor(tmp_path / "again.toml")) == text

@@ -1,4 +1,4 @@
-"""Reading URDF and MJCF: what a file says, what is merged and locked, and what is refused in which words."""
+"""Reading URDF and MJCF: the values of a file, merged links, locked joints, and the messages of refused files."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -52,7 +52,7 @@ def test_a_urdf_reads_back_as_the_robot_that_it_was_written_from(write: Writer, 
     assert_exact(read)
 
 
-def test_fixed_joints_are_merged_before_between_and_behind(write: Writer) -> None:
+def test_fixed_joints_are_merged_before_between_and_after_the_moving_ones(write: Writer) -> None:
     random = np.random.default_rng(8)
     poses = [urdf_origin(random_rotation(random), random.uniform(-0.3, 0.3, 3)) for _ in range(5)]
     axis = '<axis xyz="0.6 0 0.8"/>'
@@ -74,7 +74,7 @@ def test_fixed_joints_are_merged_before_between_and_behind(write: Writer) -> Non
     assert_exact(robot)
 
 
-def test_one_arm_of_a_tree_with_its_fingers_locked_and_merged(write: Writer) -> None:
+def test_one_arm_of_a_tree_is_read_with_its_fingers_locked_and_merged(write: Writer) -> None:
     robot = load(write(TREE), base="torso", tip="l1")
     assert [joint.name for joint in robot.joints] == ["l_shoulder", "l_elbow"]
     assert [joint.mass for joint in robot.joints] == pytest.approx([2.0, 1.8])
@@ -113,7 +113,7 @@ def test_joints_without_limits_get_what_the_wire_can_carry(write: Writer) -> Non
     assert {joint.torque_max for joint in robot.joints} == {DEFAULT_TORQUE_NM}
 
 
-def test_ends_at_one_point_are_one_tip(write: Writer) -> None:
+def test_several_ends_at_one_point_are_one_tip(write: Writer) -> None:
     parts = [urdf_link(name, 1.0) for name in "ab"] + [urdf_link("tool0"), urdf_link("ee")]
     joints = [urdf_joint("j", "revolute", "a", "b")]
     at = np.array([0.0, 0.0, 0.1])
@@ -122,7 +122,7 @@ def test_ends_at_one_point_are_one_tip(write: Writer) -> None:
 
 
 @pytest.mark.parametrize("excess", [-1e-7, 0.9e-3])
-def test_inertias_rounded_by_their_writer_are_taken(write: Writer, excess: float) -> None:
+def test_inertias_rounded_in_the_file_are_accepted(write: Writer, excess: float) -> None:
     """A flat plate has xx + yy = zz exactly; a rounded one may have a little more on one side."""
     inertia = np.diag([0.1, 0.1, 0.2 * (1.0 + excess)])
     assert load(write(urdf(urdf_link("a"), urdf_link("b", 1.0, None, inertia), urdf_joint("j", "revolute", "a", "b"))))
@@ -177,14 +177,14 @@ MJCF = """<mujoco model="Arm">
 
 @pytest.mark.parametrize("tip", ["fore", "tcp"])
 @pytest.mark.parametrize("base", [None, "pedestal", "shoulder"])
-def test_an_mjcf_means_what_mujoco_makes_of_it(write: Writer, base: str | None, tip: str) -> None:
+def test_an_mjcf_is_read_as_mujoco_reads_it(write: Writer, base: str | None, tip: str) -> None:
     robot = load(write(MJCF), base=base, tip=tip, tool=[0.01, -0.02, 0.05], base_rpy=[0.1, 0.2, 0.3])
     assert robot.name == "Arm"
     assert [joint.name for joint in robot.joints] == ["shoulder", "twist", "elbow"][base == "shoulder" :]
     assert_exact(robot)
 
 
-def test_limits_rotors_and_capsules_of_an_mjcf(write: Writer) -> None:
+def test_limits_rotors_and_capsules_of_an_mjcf_are_read(write: Writer) -> None:
     path = write(MJCF)
     shoulder, twist, elbow = load(path, tip="tcp").joints
     assert (shoulder.position_min, shoulder.position_max) == pytest.approx(np.deg2rad([-100.0, 120.0]))
@@ -198,12 +198,12 @@ def test_limits_rotors_and_capsules_of_an_mjcf(write: Writer) -> None:
     assert np.linalg.norm(p1 - p0) == pytest.approx(np.hypot(0.1, 0.3))
 
 
-def test_gravity_of_an_mjcf_is_the_files(write: Writer) -> None:
+def test_gravity_of_an_mjcf_is_read_from_the_file(write: Writer) -> None:
     text = MJCF.replace("<default>", '<option gravity="0 0 -1.62"/><default>', 1)
     assert load(write(text), tip="fore").gravity == pytest.approx([0.0, 0.0, -1.62])
 
 
-def test_rotation_about_an_axis_is_what_rpy_says() -> None:
+def test_rotation_about_an_axis_agrees_with_rpy() -> None:
     assert rotation_about(np.array([0.0, 0.0, 1.0]), 0.3) == pytest.approx(rotation_rpy(0.0, 0.0, 0.3))
     assert rotation_about(np.array([1.0, 0.0, 0.0]), 0.3) == pytest.approx(rotation_rpy(0.3, 0.0, 0.0))
     assert rotation_about(np.array([0.0, 1.0, 0.0]), 0.3) == pytest.approx(rotation_rpy(0.0, 0.3, 0.0))

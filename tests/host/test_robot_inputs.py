@@ -1,4 +1,4 @@
-"""Robot files as people have them: encodings, pipes, leftovers, limits, grippers, and inertias that no body has."""
+"""Robot files as found in practice: encodings, pipes, remains of xacro, limits, grippers, and impossible inertias."""
 
 import os
 import threading
@@ -63,7 +63,7 @@ def test_a_file_is_read_in_the_encoding_that_it_declares(tmp_path: Path, encodin
 
 
 @pytest.mark.parametrize("encoding", ["no-such", "utf-8", "hex", "idna", "undefined"])
-def test_an_encoding_that_cannot_be_read_is_one_line(tmp_path: Path, encoding: str) -> None:
+def test_an_encoding_that_cannot_be_read_gives_one_line(tmp_path: Path, encoding: str) -> None:
     text = arm("<!-- 手 -->").replace("?>", f' encoding="{encoding}"?>', 1)
     refused(tmp_path, text.encode("gbk"), "save")
 
@@ -71,7 +71,7 @@ def test_an_encoding_that_cannot_be_read_is_one_line(tmp_path: Path, encoding: s
 @pytest.mark.parametrize(
     "text", [arm(), '<mujoco><worldbody><body><joint/><geom size="0.1"/></body></worldbody></mujoco>']
 )
-def test_a_pipe_is_a_file(tmp_path: Path, text: str) -> None:
+def test_a_pipe_is_read_like_a_file(tmp_path: Path, text: str) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     writer = threading.Thread(target=pipe.write_text, args=(text,))
@@ -81,7 +81,7 @@ def test_a_pipe_is_a_file(tmp_path: Path, text: str) -> None:
     assert all(comparison.good for comparison in check(robot, states=2))
 
 
-# What would make a table silently wrong
+# Input that would make a table wrong without a message
 
 GRIPPER = (
     urdf_link("finger", 0.05),
@@ -91,7 +91,7 @@ GRIPPER = (
 )
 
 
-def test_a_grippers_driver_is_no_joint_of_the_arm(tmp_path: Path) -> None:
+def test_the_driving_joint_of_a_gripper_is_not_a_joint_of_the_arm(tmp_path: Path) -> None:
     refused(tmp_path, arm(*GRIPPER), "joint 'grip' drives joint 'follow' (mimic), as that of a gripper does")
     robot = read(tmp_path, arm(*GRIPPER), tip="fore")
     assert robot.n == 2
@@ -101,7 +101,7 @@ def test_a_grippers_driver_is_no_joint_of_the_arm(tmp_path: Path) -> None:
     assert asked_for.warnings == ("joint 'grip' drives joint 'follow' (mimic), which is locked at zero",)
 
 
-def test_a_last_joint_that_is_named_like_a_grippers_is_told(tmp_path: Path) -> None:
+def test_a_last_joint_that_is_named_like_a_grippers_is_reported(tmp_path: Path) -> None:
     (warning,) = read(tmp_path, arm(names=("j1", "jointGripper"))).warnings
     assert warning.startswith("joint 'jointGripper' is named like a gripper's")
     assert "--tip upper ends the chain before it" in warning
@@ -111,7 +111,7 @@ def test_a_last_joint_that_is_named_like_a_grippers_is_told(tmp_path: Path) -> N
     "leftover",
     ['<xacro:if value="1"><link name="tool"/></xacro:if>', '<x:tool xmlns:x="..."/>', "<include/>", "<macro/>"],
 )
-def test_what_xacro_left_is_refused(tmp_path: Path, leftover: str) -> None:
+def test_remains_of_xacro_are_refused(tmp_path: Path, leftover: str) -> None:
     text = arm(leftover).replace("<robot", '<robot xmlns:x="http://ros.org/wiki/xacro"')
     refused(tmp_path, text, "holds xacro elements")
     refused(tmp_path, arm(names=("j1", "${prefix}j2")), "holds a xacro expression: expand it first")
@@ -129,7 +129,7 @@ def test_mass_outside_of_the_robots_links_is_refused(tmp_path: Path) -> None:
         ('velocity="2" effort="0"', -4.0, 4.0, {"position", "torque"}),
     ],
 )
-def test_half_a_limit_is_what_the_format_says_and_a_default_is_marked(
+def test_a_missing_half_of_a_limit_follows_the_format_and_a_default_is_marked(
     tmp_path: Path, given: str, lower: float, upper: float, defaults: set[str]
 ) -> None:
     joint = read(tmp_path, arm(inside=f"{AXIS}<limit {given}/>")).joints[1]
@@ -168,7 +168,7 @@ def test_limits_in_degrees_are_refused(tmp_path: Path) -> None:
     refused(tmp_path, arm(inside=inside), "joint 'j2': position limits -170 to 170 rad are 27 turns")
 
 
-def test_config_says_what_the_wire_cannot_carry(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_config_reports_limits_that_the_wire_cannot_carry(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "arm.urdf").write_text(arm(inside=AXIS + '<limit lower="-1" upper="1" velocity="2" effort="400"/>'))
     (tmp_path / "cell.toml").write_text('robot = "arm.urdf"\n')
     assert cli.main(["config", str(tmp_path / "cell.toml")]) == 0
@@ -185,7 +185,7 @@ def test_a_file_that_switches_gravity_off_is_refused(tmp_path: Path, option: str
     refused(tmp_path, text, "gravity is off", "arm.xml")
 
 
-# What has no dynamics
+# Elements without dynamics
 
 NO_DYNAMICS = {
     "colours": '<material name="red"/><material name="red"><color rgba="1 0 0"/></material>',
@@ -198,7 +198,7 @@ NO_DYNAMICS = {
 
 
 @pytest.mark.parametrize("kind", NO_DYNAMICS)
-def test_what_has_no_dynamics_changes_nothing(tmp_path: Path, kind: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_elements_without_dynamics_change_nothing(tmp_path: Path, kind: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert read(tmp_path, arm(NO_DYNAMICS[kind])).mass == pytest.approx(3.0)
     assert capfd.readouterr() == ("", "")
 
@@ -219,7 +219,7 @@ def test_a_transmission_gives_the_rotor_inertia_of_its_joint(tmp_path: Path, dec
     refused(tmp_path, arm(rotor.replace("2e-5", "much")), "'much' is not a number")
 
 
-def test_an_origin_turns_by_a_quaternion_too(tmp_path: Path) -> None:
+def test_an_origin_may_be_rotated_by_a_quaternion(tmp_path: Path) -> None:
     half = np.sin(np.pi / 4)
     turned = read(tmp_path, arm(inside=f'<origin xyz="0 0 0.3" quat_xyzw="{half} 0 0 {half}"/>' + AXIS + LIMIT).replace(
         '<origin xyz="0 0 0.3"/><origin', "<origin"))  # fmt: skip
@@ -237,18 +237,18 @@ MJCF = """<mujoco><!-- a -- b --><asset><mesh name="m" file="gone.stl"/><materia
 <contact><pair geom1="shell" geom2="rod"/></contact><keyframe><key qpos="0 0"/></keyframe></mujoco>"""
 
 
-def test_meshes_that_are_named_elsewhere_and_loose_comments_are_no_obstacle(tmp_path: Path) -> None:
+def test_references_to_meshes_and_loose_comments_do_not_prevent_reading(tmp_path: Path) -> None:
     assert read(tmp_path, MJCF.format(izz=0.05), "arm.xml").n == 2
 
 
-def test_a_frame_of_no_mass_is_a_frame_whatever_its_inertia(tmp_path: Path) -> None:
+def test_a_link_without_mass_is_a_frame_whatever_its_inertia(tmp_path: Path) -> None:
     more = (urdf_link("tcp", 0.0, None, np.eye(3)), urdf_joint("end", "fixed", "fore", "tcp"))
     robot = read(tmp_path, arm(*more))
     assert robot.mass == pytest.approx(3.0)
     assert robot.warnings == ("link 'tcp' has an inertia and no mass: taken as a frame",)
 
 
-def test_a_screws_inertia_is_judged_by_the_torque_that_it_changes(tmp_path: Path) -> None:
+def test_the_inertia_of_a_tiny_link_is_judged_by_the_torque_that_it_changes(tmp_path: Path) -> None:
     screw = (urdf_link("screw", 0.003, None, np.diag([1e-7, 1.4e-6, 4e-6])), urdf_joint("s", "fixed", "fore", "screw"))
     assert read(tmp_path, arm(*screw)).mass == pytest.approx(3.003)
     plate = (urdf_link("plate", 0.3, None, np.diag([1e-3, 1e-3, 4e-3])), urdf_joint("s", "fixed", "fore", "plate"))
@@ -272,7 +272,7 @@ def test_the_nearest_possible_inertia_of_a_possible_one_is_itself() -> None:
     assert possible(inertia) == pytest.approx(inertia, abs=1e-12)
 
 
-# Which part of a file is the arm
+# The part of a file that is the arm
 
 LIFT = urdf(
     urdf_link("floor"),
@@ -283,7 +283,7 @@ LIFT = urdf(
 )
 
 
-def test_the_options_that_a_message_names_are_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_options_that_a_message_names_exist(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "lift.urdf").write_text(LIFT)
     cell = tmp_path / "cell.toml"
     cell.write_text('robot = "lift.urdf"\n')
@@ -296,7 +296,7 @@ def test_the_options_that_a_message_names_are_there(tmp_path: Path, capsys: pyte
     assert load_configuration(cell).robot.n == 2
 
 
-def test_a_calibration_keeps_the_part_of_the_file(tmp_path: Path) -> None:
+def test_a_calibration_keeps_base_and_tool_of_the_robot(tmp_path: Path) -> None:
     (tmp_path / "lift.urdf").write_text(LIFT)
     line = robot_key("lift.urdf", {"base": "base", "tool": [0.0, 0.0, 0.1], "accept_inertia": True})
     (tmp_path / "cell.toml").write_text(line + "\n")
@@ -306,7 +306,7 @@ def test_a_calibration_keeps_the_part_of_the_file(tmp_path: Path) -> None:
     assert robot_key('a "b" \\ c', {}) == 'robot = "a \\"b\\" \\\\ c"'
 
 
-def test_a_core_takes_the_part_of_a_file(tmp_path: Path) -> None:
+def test_a_core_accepts_base_and_tool_for_a_file(tmp_path: Path) -> None:
     (tmp_path / "lift.urdf").write_text(LIFT)
     core = Core(tmp_path / "lift.urdf", base="base", tool=[0.0, 0.0, 0.1])
     assert core.n == 2
@@ -317,7 +317,7 @@ def test_a_core_takes_the_part_of_a_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "command", ["run", "experiment", "replay", "score", "config", "guard", "robot", "sensitivity", "calibrate"]
 )
-def test_every_command_that_takes_a_robot_takes_its_chain(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_with_a_robot_accepts_its_base_and_tip(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([command, "--help"]) == 0
     text = capsys.readouterr().out
     for option in ("--base LINK", "--tip LINK", "--tool X Y Z", "--accept-inertia"):

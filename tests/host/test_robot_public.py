@@ -85,13 +85,13 @@ def documented() -> list[tuple[str, str, str, str]]:
     ]
 
 
-def test_the_table_of_public_arms_is_there() -> None:
+def test_the_page_has_a_table_of_public_arms() -> None:
     assert {package for package, *_ in documented()} == set(FOLDERS)
     assert len(documented()) > 30
 
 
 @pytest.mark.parametrize(("package", "file", "options", "outcome"), documented())
-def test_a_public_file_gives_what_the_documentation_says(package: str, file: str, options: str, outcome: str) -> None:
+def test_a_public_file_gives_the_documented_result(package: str, file: str, options: str, outcome: str) -> None:
     words = shlex.split(options)
     chosen = {key.removeprefix("--"): value for key, value in zip(words[::2], words[1::2], strict=True)}
     path = folder(package) / file

@@ -222,7 +222,7 @@ def test_what_cannot_be_guarded_is_refused_in_one_line(write: Writer, case: str)
     assert "\n" not in str(error.value)
 
 
-def test_a_name_that_is_nothing_is_refused_with_the_names_there_are(tmp_path: Path) -> None:
+def test_an_unknown_name_is_refused_with_the_known_names(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no such file, and no shipped robot of that name \(iiwa7, .*ku_dex, panda"):
         load("kuka")
     with pytest.raises(InputError, match="a folder"):
@@ -231,7 +231,7 @@ def test_a_name_that_is_nothing_is_refused_with_the_names_there_are(tmp_path: Pa
         load("panda", tip="hand")
 
 
-def test_a_file_of_a_shipped_name_is_reached_by_its_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_with_a_shipped_name_is_read_by_its_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("panda").write_text(arm())
     assert load("panda").n == 7

@@ -1,5 +1,5 @@
-"""The robot's end of the wire, in Python and in C: what it sends is what cantools says, and what it makes of
-StopCommand is the same in both, by docs/robot-side.md."""
+"""The robot's end of the wire, in Python and in C: its frames agree with cantools, and both judge StopCommand in the
+same way, by the rules of docs/robot-side.md."""
 
 import math
 from collections.abc import Iterator
@@ -72,11 +72,11 @@ def same(one: can.Message, other: can.Message) -> bool:
     return one.equals(other, timestamp_delta=None, check_channel=False, check_direction=False)
 
 
-# --- what it sends ----------------------------------------------------------------------------------------------------
+# --- frames that it sends ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("fd", [False, True])
-def test_frames_in_c_are_those_of_cantools(fd: bool, wire: Wire, library: Library) -> None:
+def test_frames_in_c_agree_with_cantools(fd: bool, wire: Wire, library: Library) -> None:
     rng = np.random.default_rng(12)
     robot, sender = InC(library, fd), Sender(wire, fd=fd)
     for cycle in range(300):
@@ -100,7 +100,7 @@ def test_frames_in_c_are_those_of_cantools(fd: bool, wire: Wire, library: Librar
         assert same(robot.packed(), sender.frame("GuardReset", {"Request": int(cycle % 3 == 0), "TripNumber": 0}))
 
 
-def test_what_the_wire_cannot_carry_is_refused_or_not_available_and_never_clamped(wire: Wire, library: Library) -> None:
+def test_values_beyond_the_wire_are_refused_or_not_available_and_never_clamped(wire: Wire, library: Library) -> None:
     robot = InC(library)
     robot.begin()
     for acceleration in ((33.0, 0.0, 0.0), (0.0, math.nan, 0.0), (0.0, 0.0, -math.inf)):
@@ -136,7 +136,7 @@ def test_settings_outside_their_range_permit_nothing(settings: tuple[int, bool, 
     assert not library.lib.robot_side_permit(robot, 0).allowed
 
 
-# --- what it makes of the answer --------------------------------------------------------------------------------------
+# --- judgement of the answer ------------------------------------------------------------------------------------------
 
 
 class Both:
@@ -197,7 +197,7 @@ def test_the_first_frame_of_a_sender_permits_nothing(both: Both) -> None:
     assert both.check.answer is Answer.GOOD
 
 
-def test_an_answer_behind_its_window_permits_nothing(both: Both) -> None:
+def test_an_answer_after_its_window_permits_nothing(both: Both) -> None:
     both.go(5)
     both.begin()
     both.hear(both.answer(MOVE), after_us=ANSWER_US + 1)
@@ -266,7 +266,7 @@ def sealed(both: Both, changed: dict[int, int]) -> can.Message:
 
 
 @pytest.mark.parametrize("pair", [pair for pair in range(256) if pair != 0xE1])
-def test_of_all_pairs_of_copies_one_permits(both: Both, pair: int) -> None:
+def test_only_one_pair_of_permission_copies_permits(both: Both, pair: int) -> None:
     both.go(3)
     both.begin()
     both.hear(sealed(both, {2: pair}))
@@ -283,7 +283,7 @@ def test_a_permission_that_contradicts_its_own_fields_is_a_stop(both: Both, chan
     assert both.permit().allowed
 
 
-def test_two_guards_that_take_turns_are_never_obeyed_for_long(both: Both) -> None:
+def test_two_alternating_guards_are_never_obeyed_for_long(both: Both) -> None:
     other = Sender(both.wire, fd=False)
     allowed = []
     for _ in range(60):
@@ -308,14 +308,14 @@ def test_python_and_c_agree_on_any_mixture_of_frames(both: Both) -> None:
             if rng.random() < 0.1:
                 frame = sealed(both, {int(rng.integers(2, 6)): int(rng.integers(0, 256))})
             if rng.random() < 0.9:
-                both.hear(frame, after_us=2 * int(rng.integers(0, 350)) + 1)  # never the window's last moment
+                both.hear(frame, after_us=2 * int(rng.integers(0, 350)) + 1)  # never at the end of the window
         permit = both.permit(2 * int(rng.integers(350, 850)) + 1)
         allowed, stopped = allowed + permit.allowed, stopped + (permit.command is not None and not permit.allowed)
     assert allowed > 100
     assert stopped > 100
 
 
-# --- the whole, against the guard -------------------------------------------------------------------------------------
+# --- together with the guard ------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -325,7 +325,7 @@ def buses() -> Iterator[tuple[can.BusABC, can.BusABC]]:
 
 
 class Cell:
-    """RobotSide and the library's guard, which answers when it is asked to."""
+    """RobotSide and the library's guard, which answers on request."""
 
     def __init__(self, buses: tuple[can.BusABC, can.BusABC], configuration: Configuration) -> None:
         self.bus = buses[1]

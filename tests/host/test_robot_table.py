@@ -1,4 +1,4 @@
-"""make_table(): the same dynamics as Pinocchio for any chain, in frames that stay where the robot is."""
+"""make_table(): the same dynamics as Pinocchio for any chain, with frames close to the robot."""
 
 from dataclasses import fields, replace
 
@@ -59,7 +59,7 @@ def test_nearly_parallel_axes_keep_their_frames_at_the_robot(tilt: float, base: 
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_a_zero_is_within_a_quarter_turn_and_the_first_joint_leaves_all_to_the_base(n: int) -> None:
+def test_a_zero_is_within_a_quarter_turn_and_the_first_frame_is_the_base(n: int) -> None:
     table = make_table(random_robot(7 + n, n))
     first = table.joint[0]
     assert (first.cos_twist, first.sin_twist, first.zero_rad) == (1.0, 0.0, 0.0)
@@ -69,14 +69,14 @@ def test_a_zero_is_within_a_quarter_turn_and_the_first_joint_leaves_all_to_the_b
     assert table.base @ table.base.T == pytest.approx(np.eye(3), abs=1e-12)
 
 
-def test_parallel_axes_have_no_zero() -> None:
+def test_parallel_axes_have_zero_offsets_of_angle() -> None:
     random = np.random.default_rng(11)
     z = np.array([0.0, 0.0, 1.0])
     joints = [random_joint(random, f"joint{i}", rotation_about(z, i * 0.7), z) for i in range(4)]
     assert [joint.zero_rad for joint in make_table(robot_of(joints, random)).joint] == [0.0] * 4
 
 
-def test_limits_and_gravity_pass_through_and_rotor_inertia_stays_out() -> None:
+def test_the_table_keeps_limits_and_gravity_and_omits_rotor_inertia() -> None:
     robot = random_robot(5, 3)
     table = make_table(robot)
     assert table.gravity == pytest.approx(robot.gravity)
@@ -103,7 +103,7 @@ def test_the_check_fails_for_any_number_of_the_table_that_is_wrong() -> None:
 
 
 def test_moving_inertia_between_links_within_the_rods_changes_nothing() -> None:
-    """The parameters are minimal: robots that no motion can tell apart have the same table."""
+    """The parameters are minimal: robots that no motion can distinguish have the same table."""
     robot = random_robot(33, 2)
     child = robot.joints[1]
     a = child.axis
@@ -175,7 +175,7 @@ def test_tool_and_mounting_apply_to_a_description_as_to_a_file() -> None:
     assert_exact(hung)
 
 
-def test_a_random_rotation_of_the_tests_is_one() -> None:
+def test_a_random_rotation_of_the_tests_is_a_rotation() -> None:
     rotation = random_rotation(np.random.default_rng(1))
     assert rotation @ rotation.T == pytest.approx(np.eye(3))
     assert np.linalg.det(rotation) == pytest.approx(1.0)

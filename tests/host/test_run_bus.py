@@ -1,4 +1,4 @@
-"""A robot with an external guard: on the bus, in its own time."""
+"""A robot with an external guard on the bus, in lockstep and in real time."""
 
 import json
 import os
@@ -26,8 +26,8 @@ from tauperp.run.trace import Trace
 from tauperp.sim.moment import Moment
 
 COMMAND = [sys.executable, "-m", "tauperp.cli"]
-MULTICAST = f"239.74.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF}"  # nobody else's
-PATIENCE = Patience(start_s=30.0, answer_s=20.0)  # for a loaded machine; what is lost on purpose waits less
+MULTICAST = f"239.74.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF}"  # of this process alone
+PATIENCE = Patience(start_s=30.0, answer_s=20.0)  # for a loaded machine; tests without an answer use IMPATIENCE
 IMPATIENCE = Patience(start_s=0.3, answer_s=0.3)
 STRUCK = """
 robot = "ku_dex"
@@ -75,29 +75,29 @@ def test_a_guard_on_the_bus_stops_the_robot_in_the_cycles_in_which_the_library_d
     assert np.array_equal(outcome.trace.tip_speed_m_s, expected.trace.tip_speed_m_s)
 
 
-def test_r_and_the_index_are_the_buss_each_joint_in_its_turn(scenario: Scenario) -> None:
+def test_r_and_the_index_come_from_the_bus_one_joint_per_cycle(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration):
         told = against_bus(scenario).trace
     trace = run_scenario(scenario).trace
     rows = np.arange(len(trace.time_s))[:, None]
     new = told.told == rows
-    new[0] = False  # nothing had been told yet
+    new[0] = False  # the guard had sent nothing yet
     assert new.any(axis=0).all()
     assert new.sum(axis=1).max() == 1
     for heard, known in ((told.residual_nm, trace.residual_nm), (told.index_nm, trace.index_nm)):
-        late = np.abs(heard[1:] - known[:-1])[new[1:]]  # heard with the next cycle's answer, or with its own
+        late = np.abs(heard[1:] - known[:-1])[new[1:]]  # received with the next cycle's answer, or with its own
         same = np.abs(heard - known)[new]
         assert np.minimum(late, same).max() <= 0.0051
 
 
-def test_a_value_told_while_a_collision_was_under_way_is_not_free_until_it_is_told_anew() -> None:
+def test_a_value_sent_during_a_collision_is_not_free_until_it_is_sent_again() -> None:
     rows = 6
     told = np.array([[0, 0], [1, 0], [1, 2], [3, 2], [3, 4], [5, 4]])
     row, table, yes = np.zeros(rows), np.zeros((rows, 2)), np.ones(rows, bool)
     number = np.zeros(rows, int)
     trace = Trace(row, table, table, told, table, number, number, yes, row, row, row, (), (), True)
     under_way = np.array([False, True, True, False, False, False])
-    object.__setattr__(trace, "under_way", lambda settle_s: under_way)  # the collision itself is another test's
+    object.__setattr__(trace, "under_way", lambda settle_s: under_way)  # another test is about the collision itself
     assert trace.free(0.1).tolist() == [
         [True, True],
         [False, False],
@@ -108,7 +108,7 @@ def test_a_value_told_while_a_collision_was_under_way_is_not_free_until_it_is_to
     ]
 
 
-def test_the_report_says_whose_guard_it_was(scenario: Scenario) -> None:
+def test_the_report_names_the_guard(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration):
         guard = against_bus(scenario).report["guard"]
     assert guard["whose"] == "bus"
@@ -118,7 +118,7 @@ def test_the_report_says_whose_guard_it_was(scenario: Scenario) -> None:
     assert guard["differences"] == []
 
 
-def test_a_guard_with_another_configuration_is_said(scenario: Scenario) -> None:
+def test_a_guard_with_another_configuration_is_reported(scenario: Scenario) -> None:
     other = load_configuration(
         "paper", robot="ku_dex", overrides={"wire": {"rate_hz": 500, "format": "classic"}, "reset": {"healthy_ms": 190}}
     )
@@ -129,14 +129,14 @@ def test_a_guard_with_another_configuration_is_said(scenario: Scenario) -> None:
     assert f"{scenario.configuration.crc():08x}" in line
 
 
-def test_a_guard_that_told_nothing_is_not_said_to_be_configured_as_the_scenario(scenario: Scenario) -> None:
+def test_a_guard_without_status_frames_is_reported_as_unknown(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration, mute_from=2):
         guard = against_bus(scenario, IMPATIENCE).report["guard"]
     assert guard["config_crc"] is None
     assert guard["differences"] == ["it has not told its configuration"]
 
 
-def test_a_guard_that_falls_silent_ends_the_run_and_the_robot_has_stopped_by_itself(scenario: Scenario) -> None:
+def test_a_silent_guard_ends_the_run_after_the_robot_has_stopped_by_itself(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration, mute_from=400):
         outcome = against_bus(scenario, Patience(30.0, 0.5))
     report, trace = outcome.report, outcome.trace
@@ -152,7 +152,7 @@ def test_a_guard_that_falls_silent_ends_the_run_and_the_robot_has_stopped_by_its
     assert trace.time_s[-1] < 0.8 + COMING_TO_REST_S
 
 
-def test_a_guard_that_starts_anew_in_the_middle_is_not_obeyed(scenario: Scenario) -> None:
+def test_a_guard_that_restarts_during_a_run_is_not_obeyed(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration, restart_at=405):
         outcome = against_bus(scenario, Patience(30.0, 0.5))
     assert outcome.report["ended"].startswith("cycle 405, 0.810 s: no answer of the guard for 0.5 s, only StopCommands")
@@ -161,7 +161,7 @@ def test_a_guard_that_starts_anew_in_the_middle_is_not_obeyed(scenario: Scenario
 
 
 def test_two_guards_are_not_obeyed(scenario: Scenario) -> None:
-    """Each alone would permit: of two, the robot could only believe one."""
+    """Each one alone would be obeyed. Between two, the robot cannot know which one is right."""
     with GuardThread(scenario.configuration, alone=True), GuardThread(scenario.configuration, alone=True):
         outcome = against_bus(scenario)
     assert outcome.report["ended"].endswith("two guards answer: StopCommands come with two counters")
@@ -170,14 +170,14 @@ def test_two_guards_are_not_obeyed(scenario: Scenario) -> None:
     assert not outcome.passed
 
 
-def test_two_guards_that_hear_each_other_do_not_permit_either(scenario: Scenario) -> None:
+def test_two_guards_that_receive_each_other_do_not_permit(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration) as one, GuardThread(scenario.configuration) as other:
         against_bus(scenario)
     assert [guard.permits for guard in (one, other)] == [0, 0]
 
 
-def test_two_nodes_of_tauperp_guard_each_say_that_there_is_another(tmp_path: Path) -> None:
-    """On a bus that gives every node its own frames back as well."""
+def test_two_nodes_of_tauperp_guard_report_each_other(tmp_path: Path) -> None:
+    """On a bus that also returns to every node its own frames."""
     settings = tmp_path / "slow.toml"
     settings.write_text('robot = "ku_dex"\n[wire]\nrate_hz = 20\n[observer]\ngain_per_s = 10\n')
     command = [*COMMAND, "guard", str(settings), "--json", "--interface", "udp_multicast", "--channel", MULTICAST]
@@ -207,13 +207,13 @@ def test_two_nodes_of_tauperp_guard_each_say_that_there_is_another(tmp_path: Pat
             guard.wait(60)
 
 
-def test_without_a_guard_nothing_is_run(scenario: Scenario) -> None:
+def test_without_a_guard_no_run_starts(scenario: Scenario) -> None:
     for real_time in (False, True):
         with pytest.raises(InputError, match=r"no guard on .*: no StopCommand answered the robot for 0\.3 s"):
             against_bus(scenario, IMPATIENCE, real_time)
 
 
-def test_without_a_guard_the_command_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
+def test_without_a_guard_the_command_gives_one_line_and_exit_code_2(tmp_path: Path) -> None:
     path = tmp_path / "struck.toml"
     path.write_text(STRUCK)
     command = [*COMMAND, "run", str(path), "--guard", "bus", "--interface", "virtual", "--channel", "1", "--json"]
@@ -223,18 +223,18 @@ def test_without_a_guard_the_command_is_one_line_and_exit_code_2(tmp_path: Path)
     assert "Traceback" not in run.stderr
 
 
-# --- by the clock -----------------------------------------------------------------------------------------------------
+# --- in real time -----------------------------------------------------------------------------------------------------
 
 
-def test_by_the_clock_every_cycle_that_was_missed_is_counted(scenario: Scenario) -> None:
-    """Lower bounds only: the machine may be late by itself."""
+def test_in_real_time_every_missed_cycle_is_counted(scenario: Scenario) -> None:
+    """Lower bounds only: the machine may add delays."""
 
-    def dawdle(moment: Moment) -> None:
+    def delay(moment: Moment) -> None:
         if round(moment.time_s / PERIOD_S) in (100, 200):
             time.sleep(5 * PERIOD_S)
 
     begin_s = time.monotonic()
-    outcome = run_scenario(scenario, Setup(real_time=True), watch=dawdle)
+    outcome = run_scenario(scenario, Setup(real_time=True), watch=delay)
     took_s = time.monotonic() - begin_s
     kept = outcome.report["real_time"]
     assert kept["cycles"] == outcome.report["cycles"]
@@ -248,13 +248,13 @@ def test_by_the_clock_every_cycle_that_was_missed_is_counted(scenario: Scenario)
     assert outcome.report["stops"] == run_scenario(scenario).report["stops"]
 
 
-def test_a_guard_in_lockstep_is_refused_in_real_time_in_one_line(scenario: Scenario) -> None:
+def test_a_guard_in_lockstep_is_refused_in_real_time_with_one_line(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration), pytest.raises(InputError, match="runs in lockstep") as error:
         against_bus(scenario, real_time=True)
     assert "\n" not in str(error.value)
 
 
-def test_by_the_clock_a_permission_that_is_late_stops_the_robot(scenario: Scenario) -> None:
+def test_in_real_time_a_late_permission_stops_the_robot(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration, delays_s={300: 0.05}, variant=Variant.PRODUCT):
         outcome = against_bus(scenario, real_time=True)
     assert outcome.report["real_time"]["permission_not_in_time"] >= 1
@@ -262,7 +262,7 @@ def test_by_the_clock_a_permission_that_is_late_stops_the_robot(scenario: Scenar
     assert not outcome.passed
 
 
-def test_by_the_clock_a_guard_that_falls_silent_ends_the_run(scenario: Scenario) -> None:
+def test_in_real_time_a_silent_guard_ends_the_run(scenario: Scenario) -> None:
     with GuardThread(scenario.configuration, mute_from=400, variant=Variant.PRODUCT):
         outcome = against_bus(scenario, Patience(30.0, 0.1), real_time=True)
     assert "no answer of the guard for 0.1 s" in outcome.report["ended"]
@@ -270,8 +270,8 @@ def test_by_the_clock_a_guard_that_falls_silent_ends_the_run(scenario: Scenario)
     assert outcome.trace.tip_speed_m_s[-1] < 5e-3
 
 
-def test_a_guard_of_another_process_on_another_kind_of_bus(tmp_path: Path) -> None:
-    """`tauperp guard` and `tauperp run` by the clock: whether all of it is in time is the machine's affair."""
+def test_a_guard_of_another_process_works_over_another_kind_of_bus(tmp_path: Path) -> None:
+    """`tauperp guard` and `tauperp run` in real time. A late cycle is allowed here: it depends on the machine."""
     path, settings = tmp_path / "struck.toml", tmp_path / "guard.toml"
     path.write_text("time_limit_s = 0.5\n" + STRUCK)
     settings.write_text('robot = "ku_dex"\npreset = "paper"\n[wire]\nrate_hz = 500\nformat = "classic"\n')
@@ -304,8 +304,8 @@ def test_a_guard_of_another_process_on_another_kind_of_bus(tmp_path: Path) -> No
     assert report["real_time"]["cycles"] == report["cycles"] == 250
 
 
-def test_the_librarys_guard_does_not_take_its_own_answers_for_another_guards(scenario: Scenario) -> None:
-    """On a bus that gives every node its own frames back."""
+def test_the_librarys_guard_recognises_its_own_answers(scenario: Scenario) -> None:
+    """On a bus that returns to every node its own frames."""
 
     def multicast() -> can.BusABC:
         return can.Bus(interface="udp_multicast", channel=MULTICAST, port=43115, fd=True)
@@ -326,21 +326,21 @@ def test_the_librarys_guard_does_not_take_its_own_answers_for_another_guards(sce
         (["--interface", "virtual", "--guard", "bus"], True, "bus"),
     ],
 )
-def test_a_bus_that_is_named_has_its_own_guard(arguments: list[str], named: bool, guard: str) -> None:
+def test_a_named_bus_has_its_own_guard(arguments: list[str], named: bool, guard: str) -> None:
     parser = ArgumentParser()
     add_playing_arguments(parser)
     setup = setup_of(parser.parse_args(arguments), fd=True)
     assert (setup.bus is not None, setup.guard) == (named, guard)
 
 
-def test_a_guard_of_a_bus_without_a_name_is_bad_input() -> None:
+def test_a_bus_guard_without_a_named_bus_is_bad_input() -> None:
     parser = ArgumentParser()
     add_playing_arguments(parser)
     with pytest.raises(InputError, match="which bus"):
         setup_of(parser.parse_args(["--guard", "bus"]), fd=True)
 
 
-def test_a_guard_without_a_bus_is_one_line_with_the_command_to_type(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_guard_without_a_bus_gives_one_line_with_the_command_to_type(capsys: pytest.CaptureFixture[str]) -> None:
     """It would be alone on a bus of its own process, in FAULT for ever."""
     assert main(["guard", "default", "--robot", "panda"]) == 2
     (line,) = capsys.readouterr().err.splitlines()

@@ -1,4 +1,4 @@
-"""The safety record has no gap, its pages are current, and its computations agree with counting."""
+"""The safety record has no gap, its pages are current, and its computations agree with enumeration."""
 
 import dataclasses
 import itertools
@@ -58,8 +58,8 @@ def test_a_result_is_the_worst_of_a_tests_parameters(tmp_path: Path) -> None:
     assert found["tests/host/test_x.py:test_b"] == "skipped"
 
 
-def test_the_weights_of_the_crc_are_those_of_counting() -> None:
-    """Of a frame of 3 bytes: CRC, counter and data, one more byte; every error pattern that the CRC does not see."""
+def test_the_weights_of_the_crc_agree_with_enumeration() -> None:
+    """Of a frame of 3 bytes: CRC, counter and data, one more byte; every error pattern that the CRC does not detect."""
     bits = 24
     positions = (*range(8), *range(16, bits + 8))
     syndromes = [wire.reduce(1 << position) for position in positions]

@@ -1,4 +1,4 @@
-"""Scenario files: what a new user gets wrong is one line with the file, the place and what is wanted instead."""
+"""Scenario files: each mistake of a new user gives one line with the file, the place and the expected value."""
 
 import dataclasses
 from pathlib import Path
@@ -57,10 +57,10 @@ MISTAKES = {
     "an unknown key deep down": ("link = 4", "link = 4\nforce = 3", "phase.0.strike.0.force: unknown key"),
     "a negative mass": ("mass_kg = 1.5", "mass_kg = -1", "phase.0.payload.mass_kg: should be greater than 0, not -1"),
     "a number in quotes": ("mass_kg = 1.5", 'mass_kg = "1"', "phase.0.payload.mass_kg: should be a valid number"),
-    "a point that is not there": ('move = "A"', 'move = "B"', "phase.0.do.1.move: there is no point 'B' (there are A)"),
+    "an unknown point": ('move = "A"', 'move = "B"', "phase.0.do.1.move: there is no point 'B' (there are A)"),
     "two things at once": ('move = "A"', 'move = "A", wait_s = 1.0', "phase.0.do.1: must have exactly one of"),
-    "a link that is not there": ("link = 4", "link = 8", "phase.0.strike.0.link: ku_dex has 7 links, not 8"),
-    "a step that is not there": ("step = 2", "step = 3", "phase.0.strike.0.step: the phase has 2 steps, not 3"),
+    "an unknown link": ("link = 4", "link = 8", "phase.0.strike.0.link: ku_dex has 7 links, not 8"),
+    "an unknown step": ("step = 2", "step = 3", "phase.0.strike.0.step: the phase has 2 steps, not 3"),
     "a direction without length": (
         "[0.0, 1.0, 0.0]",
         "[0.0, 0.0, 0.0]",
@@ -83,7 +83,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def test_a_good_file_is_what_it_says(tmp_path: Path) -> None:
+def test_a_good_file_gives_its_values(tmp_path: Path) -> None:
     scenario = load_scenario(written(tmp_path, GOOD))
     (phase,) = scenario.phases
     assert phase.payload is not None
@@ -94,7 +94,9 @@ def test_a_good_file_is_what_it_says(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_one_line_with_its_place(tmp_path: Path, mistake: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_mistake_gives_one_line_with_its_place(
+    tmp_path: Path, mistake: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     good, bad, message = MISTAKES[mistake]
     assert good in GOOD
     path = written(tmp_path, GOOD.replace(good, bad))
@@ -108,12 +110,12 @@ def test_a_mistake_is_one_line_with_its_place(tmp_path: Path, mistake: str, caps
     assert [one.name for one in tmp_path.iterdir()] == ["cell.toml"]
 
 
-def test_a_missing_file_is_one_line(tmp_path: Path) -> None:
+def test_a_missing_file_gives_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No such file"):
         load_scenario(tmp_path / "none.toml")
 
 
-def test_the_shipped_scenarios_hold_for_every_shipped_arm() -> None:
+def test_the_shipped_scenarios_are_valid_for_every_shipped_arm() -> None:
     for name in ("payload", "contact"):
         for robot in ("ku_dex", "panda", "iiwa7", "kinova3"):
             assert isinstance(load_scenario(shipped(name), robot=robot), Scenario)
@@ -122,14 +124,14 @@ def test_the_shipped_scenarios_hold_for_every_shipped_arm() -> None:
 
 
 @pytest.mark.parametrize("name", ["faults", "wire", "own_arm"])
-def test_an_example_runs_and_tests_what_it_says(name: str) -> None:
+def test_an_example_runs_and_tests_what_it_claims(name: str) -> None:
     report = run_scenario(load_scenario(shipped(name), rate_hz=500)).report
     assert report["verdict"] == "passed", report["why"]
     assert [one["verdict"] for one in report["faults"]] == {
         "faults": ["no stop", "stopped", "stopped"], "wire": ["stopped", "stopped"], "own_arm": []}[name]  # fmt: skip
 
 
-def test_the_page_of_scenario_files_is_the_models() -> None:
+def test_the_page_of_scenario_files_agrees_with_the_models() -> None:
     page = (repository_root() / "docs" / "scenario.md").read_text()
     assert page == markdown(), "python -m tauperp.run.describe > docs/scenario.md"
     for _, table in tables(ScenarioTable):
@@ -137,7 +139,7 @@ def test_the_page_of_scenario_files_is_the_models() -> None:
             assert field.description, key
 
 
-def test_what_the_caller_says_wins() -> None:
+def test_the_callers_values_take_precedence() -> None:
     scenario = load_scenario(shipped("payload"), seed=3, rate_hz=500, mass_kg=3.0)
     assert scenario.seed == 3
     settings = scenario.configuration.settings
@@ -159,11 +161,9 @@ def test_a_task_that_is_off_for_this_arm_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("table", "simulated"), DEFINED_ONCE, ids=lambda kind: kind.__name__)
-def test_a_table_has_every_key_of_what_the_simulation_takes_and_its_defaults(
-    table: type[BaseModel], simulated: type[Any]
-) -> None:
+def test_a_table_has_every_key_and_default_of_the_simulation(table: type[BaseModel], simulated: type[Any]) -> None:
     renamed = {"start_s": "after_s"} if simulated is GuidingForce else {}
-    own = {"limits"} if simulated is Recovery else set()  # of the retreat: no key of a scenario
+    own = {"limits"} if simulated is Recovery else set()  # of the retreat: not a key of a scenario
     for field in dataclasses.fields(simulated):
         if field.name not in own:
             key = table.model_fields[renamed.get(field.name, field.name)]

@@ -17,7 +17,7 @@ def configuration() -> Configuration:
 
 
 class Still:
-    """An arm that stands still, on the bus."""
+    """The frames of an arm at rest."""
 
     def __init__(self, configuration: Configuration) -> None:
         self.n = configuration.robot.n
@@ -47,11 +47,11 @@ def test_in_lockstep_every_answer_is_that_of_a_guard_driven_cycle_by_cycle(confi
     for number in range(200):
         now_us = number * configuration.period_us
         for frame in arm.cycle(number):
-            clock_us += int(rng.integers(1, 40_000))  # however long the bus takes
+            clock_us += int(rng.integers(1, 40_000))  # any delay of the bus
             answers += [bytes(sent.data) for verdict in schedule.receive(frame, clock_us) for sent in verdict.frames]
             driven.receive(frame, now_us)
         wanted += [bytes(sent.data) for sent in driven.tick(now_us).frames]
-    assert answers == wanted  # that of the first cycle, of which no frame can be accepted, with the second Sync
+    assert answers == wanted  # no frame of the first cycle can be accepted: its answer comes with the second Sync
 
 
 def test_in_lockstep_a_silent_bus_ends_an_open_cycle_once(configuration: Configuration) -> None:
@@ -63,14 +63,14 @@ def test_in_lockstep_a_silent_bus_ends_an_open_cycle_once(configuration: Configu
     assert schedule.look(10 + 9 * SILENCE_US) == []
 
 
-def test_in_real_time_the_clock_ticks_where_no_cycle_comes(configuration: Configuration) -> None:
+def test_in_real_time_the_clock_causes_ticks_on_a_silent_bus(configuration: Configuration) -> None:
     schedule = Schedule(Guard(configuration.block()), in_lockstep=False, now_us=1000)
     assert len(schedule.look(1000)) == 1
     assert schedule.look(1000 + configuration.period_us - 1) == []
     assert len(schedule.look(1000 + configuration.period_us)) == 1
 
 
-def test_a_guard_in_fault_ticks_once_a_cycle_though_it_takes_no_snapshot(configuration: Configuration) -> None:
+def test_a_guard_in_fault_ticks_once_per_cycle_without_a_snapshot(configuration: Configuration) -> None:
     guard, arm = Guard(configuration.block()), Still(configuration)
     schedule = Schedule(guard, in_lockstep=False, now_us=0)
     guard.trip(Reason.STATE_CORRUPT)
@@ -78,6 +78,6 @@ def test_a_guard_in_fault_ticks_once_a_cycle_though_it_takes_no_snapshot(configu
     for number in range(20):
         frames = [*arm.cycle(number), arm.sender.frame("GuardReset", {"Request": 0, "TripNumber": 0})]
         ticks.append([len(schedule.receive(frame, number * configuration.period_us)) for frame in frames])
-    assert [sum(cycle) for cycle in ticks] == [0] + [1] * 19  # of the first cycle no frame can be accepted
-    assert all(cycle[-1] == 0 for cycle in ticks), "a GuardReset after the answer makes no second one"
+    assert [sum(cycle) for cycle in ticks] == [0] + [1] * 19  # no frame of the first cycle can be accepted
+    assert all(cycle[-1] == 0 for cycle in ticks), "a GuardReset after the answer causes no second answer"
     assert schedule.tick(20 * configuration.period_us).state == State.FAULT

@@ -1,4 +1,4 @@
-"""Scores say what they rest on: where the offsets come from, gaps, what was tested, and why something was not."""
+"""A score states its basis: the source of the offsets, gaps, what was tested, and why something was not."""
 
 import json
 from collections.abc import Callable
@@ -32,7 +32,7 @@ def configuration() -> Configuration:
 
 
 def still(seconds: float = 4.0, touched: list[tuple[float, float]] | None = None, push_nm: float = 5.0) -> Recording:
-    """An arm that stands at POSE; joint 2 is pushed while the label says so."""
+    """An arm at rest at POSE; joint 2 is pushed in the labelled times."""
     time = np.arange(0.0, seconds, PERIOD_S)
     q = np.tile(POSE, (len(time), 1))
     tau = np.tile(Core("panda").terms(POSE, np.zeros(7)).gravity + OFFSET, (len(time), 1))
@@ -70,7 +70,7 @@ def scored(recording: Recording, configuration: Configuration, **options: object
 # --- offsets ------------------------------------------------------------------------------------------------------
 
 
-def test_offsets_come_from_a_rest_wherever_it_is(configuration: Configuration) -> None:
+def test_offsets_come_from_a_rest_anywhere_in_the_recording(configuration: Configuration) -> None:
     recording = still(5.0)
     recording.qd[:400, 2] = 0.3  # moves for two seconds
     found = find_offsets(recording, configuration)
@@ -79,7 +79,7 @@ def test_offsets_come_from_a_rest_wherever_it_is(configuration: Configuration) -
     np.testing.assert_allclose(found.nm, OFFSET, atol=1e-4)
 
 
-def test_offsets_do_not_come_from_a_touch_that_nobody_labelled(configuration: Configuration) -> None:
+def test_offsets_do_not_come_from_an_unlabelled_touch(configuration: Configuration) -> None:
     recording = still(5.0)
     recording.tau[100:150, 1] += 5.0
     found = find_offsets(recording, configuration)
@@ -87,7 +87,7 @@ def test_offsets_do_not_come_from_a_touch_that_nobody_labelled(configuration: Co
     assert float(found.told.rpartition("rest, ")[2].split()[0]) >= 0.74
 
 
-def test_without_a_rest_there_are_none_and_the_report_says_so(configuration: Configuration) -> None:
+def test_without_a_rest_there_are_no_offsets_and_the_report_states_it(configuration: Configuration) -> None:
     recording = still(3.0)
     recording.qd[:, 2] = 0.1
     found = find_offsets(recording, configuration)
@@ -105,7 +105,7 @@ def test_a_rest_with_a_payload_gives_no_offsets(configuration: Configuration) ->
             find_offsets(recording, configuration, choice)
 
 
-def test_torques_of_the_other_sign_are_no_offset(configuration: Configuration) -> None:
+def test_torques_of_the_wrong_sign_are_not_taken_as_offsets(configuration: Configuration) -> None:
     recording = still()
     recording.tau[:] *= -1
     with pytest.raises(InputError, match="is its sign the other one"):
@@ -113,7 +113,7 @@ def test_torques_of_the_other_sign_are_no_offset(configuration: Configuration) -
 
 
 @pytest.mark.parametrize("payload_kg", [0.0, 1.5])
-def test_a_regression_tells_offsets_from_a_payload(configuration: Configuration, payload_kg: float) -> None:
+def test_a_regression_separates_offsets_from_a_payload(configuration: Configuration, payload_kg: float) -> None:
     found = find_offsets(moving(payload_kg=payload_kg), configuration, "regression")
     np.testing.assert_allclose(found.nm, OFFSET, atol=0.1)
     assert f"payload of {payload_kg:+.1f}"[:-1] in found.told or payload_kg == 0.0
@@ -152,7 +152,7 @@ def without(recording: Recording, first: int, last: int) -> Recording:
     return Recording(recording.name, recording.path, *parts, touched)
 
 
-def test_a_short_gap_is_bridged_and_told(configuration: Configuration) -> None:
+def test_a_short_gap_is_bridged_and_reported(configuration: Configuration) -> None:
     playback, result = scored(without(still(), 500, 503), configuration)
     (gap,) = playback.timeline.gaps
     assert (gap.bridged, gap.missing, gap.start_s) == (True, 3, pytest.approx(499 * PERIOD_S))
@@ -168,14 +168,14 @@ def test_a_long_gap_splits_and_a_new_guard_starts(configuration: Configuration) 
     assert playback.permitted[399]
     assert not playback.permitted[400:420].any()
     assert playback.permitted[-1]
-    assert result.idle_s < 3.6  # the gap is no time that was watched
+    assert result.idle_s < 3.6  # the gap does not count as watched time
 
 
 def test_every_gap_splits_if_none_may_be_bridged(configuration: Configuration) -> None:
     assert timeline(without(still(), 500, 503), bridge_ms=0.0).starts == (0, 500)
 
 
-def test_uneven_steps_are_no_gaps() -> None:
+def test_uneven_steps_are_not_gaps() -> None:
     recording = still()
     recording.time_s[:] += np.random.default_rng(3).uniform(-0.45, 0.45, len(recording.time_s)) * PERIOD_S
     assert not [gap for gap in timeline(recording).gaps if not gap.bridged]
@@ -205,7 +205,7 @@ def test_a_task_that_is_off_is_a_bad_verdict_and_named(configuration: Configurat
     ]
 
 
-def test_a_touch_that_meets_a_stopped_guard_says_so(configuration: Configuration) -> None:
+def test_a_touch_while_the_guard_is_stopped_counts_as_not_tested(configuration: Configuration) -> None:
     recording = still(4.0, touched=[(2.0, 2.3), (2.35, 2.4)])
     _, result = scored(recording, configuration)
     assert (len(result.found), len(result.missed)) == (1, 1)
@@ -217,7 +217,7 @@ def test_a_touch_that_meets_a_stopped_guard_says_so(configuration: Configuration
 
 def test_an_excess_counts_whether_or_not_the_guard_is_stopped(configuration: Configuration) -> None:
     recording = still(4.0)
-    recording.tau[400:600, 1] += 5.0  # one second that nobody labelled
+    recording.tau[400:600, 1] += 5.0  # one second without a label
     playback, result = scored(recording, configuration)
     assert result.above_s == pytest.approx(1.0, abs=0.05)
     assert result.largest_share[1] == pytest.approx(5.0 / configuration.threshold_nm("none")[1], rel=0.02)

@@ -1,4 +1,4 @@
-"""The smallest force that is seen: the same as a campaign finds, and as geometry says."""
+"""The smallest detected force agrees with a campaign and with geometry."""
 
 import contextlib
 import json
@@ -35,7 +35,7 @@ def test_directions_are_unit_vectors_spread_evenly() -> None:
     assert ((ways @ ways.T) - 2 * np.eye(len(ways))).max(axis=1).min() > 0.9
 
 
-def test_without_a_task_a_static_force_is_seen_at_threshold_over_lever() -> None:
+def test_without_a_task_the_smallest_static_force_is_threshold_over_lever() -> None:
     response = Prober(CONFIGURATION).measure(HOME, "none")
     assert response.settled == pytest.approx(np.eye(7), abs=0.02)
     levers = np.array([[0.5, 0, 0, 0, 0, 0, 0], [0, 0, 0, 0.1, 0.2, 0, 0], [0.0] * 7])
@@ -75,8 +75,8 @@ high_pass_hz = 3.0
 
 @pytest.mark.parametrize("bank", ["", BANK], ids=["one filter", "bank"])
 @pytest.mark.parametrize("task", list(TASKS))
-def test_a_campaign_of_pushes_finds_what_the_sensitivity_says(task: TaskName, bank: str, tmp_path: Path) -> None:
-    """Pushes of 50 ms on an arm at rest with ideal sensors: the share that is found is the share predicted to be."""
+def test_a_campaign_of_pushes_agrees_with_the_sensitivity(task: TaskName, bank: str, tmp_path: Path) -> None:
+    """Pushes of 50 ms on an arm at rest with ideal sensors: the share that is found is the predicted one."""
     plan_file = tmp_path / "plan.toml"
     (tmp_path / "guard.toml").write_text(bank or 'robot = "ku_dex"\n')
     plan_file.write_text(
@@ -102,10 +102,10 @@ def test_a_campaign_of_pushes_finds_what_the_sensitivity_says(task: TaskName, ba
     low, high = wilson(int(found.sum()), RUNS)
     assert low <= predicted.mean() <= high
     far = np.abs(np.log(runs["force_n"] / needed)) > 0.25
-    assert (found[far] == predicted[far]).mean() > 0.97, "and one by one, but where it is close"
+    assert (found[far] == predicted[far]).mean() > 0.97, "each run agrees, except close to the limit"
 
 
-def test_what_the_contact_task_explains_is_reported_as_blind() -> None:
+def test_forces_that_the_contact_task_explains_are_reported_as_blind() -> None:
     forces = analyse(CONFIGURATION, HOME[None], ["none", "contact"])
     last = [task.links[-1] for task in forces]
     assert last[0].report()["blind_share"] < 0.05
@@ -132,7 +132,7 @@ def test_the_command_writes_page_figure_and_json(tmp_path: Path) -> None:
         (["--trajectory", "nowhere.csv"], "nowhere.csv"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_bad_input_gives_one_line(
     arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["sensitivity", "--robot", "ku_dex", "--out", str(tmp_path / "out"), *arguments]) == 2
@@ -142,7 +142,7 @@ def test_bad_input_is_one_line(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_window_has_the_colours_of_the_figure_and_an_arrow_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_window_has_the_colours_of_the_figure_and_an_arrow_per_link(monkeypatch: pytest.MonkeyPatch) -> None:
     configuration = load_configuration("default", robot="ku_dex")
     posture = home(configuration.robot, Dynamics(configuration.robot))
     (contact,) = analyse(configuration, posture[None], ["contact"])

@@ -1,4 +1,4 @@
-"""The simulated arm: its sensors feel what the equations of motion say, with any payload, and its brakes hold."""
+"""The simulated arm: its sensors agree with the equations of motion, with any payload, and its brakes hold."""
 
 import mujoco
 import numpy as np
@@ -60,7 +60,7 @@ def test_link_side_torque_obeys_the_equations_of_motion(robot: Robot, payload: P
         assert np.allclose(sample.torque, expected, atol=0.02), sample.torque - expected
 
 
-def test_a_payload_let_go_leaves_nothing_behind(robot: Robot) -> None:
+def test_a_released_payload_has_no_further_effect(robot: Robot) -> None:
     arm = Arm(robot, period_s=PERIOD_S)
     arm.reset(home(robot, Dynamics(robot)))
     empty = arm.stand().torque
@@ -87,7 +87,7 @@ def test_brakes_hold_the_arm_with_a_payload_and_without_motors(robot: Robot) -> 
     assert np.abs(sample.position - start).max() > 0.05
 
 
-def test_motors_give_no_more_than_their_largest_torque(robot: Robot) -> None:
+def test_motors_never_exceed_their_largest_torque(robot: Robot) -> None:
     arm = Arm(robot, period_s=PERIOD_S)
     arm.reset(home(robot, Dynamics(robot)))
     arm.step(np.full(robot.n, 1e4))
@@ -95,7 +95,7 @@ def test_motors_give_no_more_than_their_largest_torque(robot: Robot) -> None:
     assert np.allclose(arm.data.qfrc_actuator[: robot.n], largest)
 
 
-def test_position_control_carries_a_payload_it_was_not_told_of(robot: Robot) -> None:
+def test_position_control_carries_an_unknown_payload(robot: Robot) -> None:
     arm, dynamics = Arm(robot, period_s=PERIOD_S), Dynamics(robot)
     start = home(robot, dynamics)
     arm.reset(start)

@@ -1,4 +1,4 @@
-"""People in the simulation: a strike is as hard and as soft as ISO/TS 15066 says, and is recorded as it was."""
+"""People in the simulation: a strike has the force and stiffness of ISO/TS 15066 and is recorded as simulated."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_a_slow_push_meets_the_stiffness_of_the_tissue(part: str) -> None:
     assert force[deepest] / depth[deepest] == pytest.approx(BODY_PARTS[part].stiffness_n_m, rel=0.05)
 
 
-def test_the_record_is_what_the_force_did() -> None:
+def test_the_record_agrees_with_the_simulated_force() -> None:
     hand, force, _ = strike_standing_arm(Strike(4, (0.0, 1.0, 0.0), push_n=120.0, duration_s=0.2))
     touched = np.flatnonzero(force)
     record = hand.record
@@ -55,8 +55,8 @@ def test_the_record_is_what_the_force_did() -> None:
     assert record.release_s - record.contact_s == pytest.approx(0.2, abs=0.02)
 
 
-def test_a_faster_hand_hits_harder_at_once() -> None:
-    """The impact itself is about v sqrt(k m), whatever the push behind it."""
+def test_a_faster_hand_hits_harder() -> None:
+    """The peak force of the impact is about v sqrt(k m), for any push after it."""
     slow, fast = (
         strike_standing_arm(Strike(4, (0.0, 1.0, 0.0), speed_m_s=speed, push_n=20.0))[0].record.peak_force_n
         for speed in (0.2, 0.6)
@@ -64,7 +64,7 @@ def test_a_faster_hand_hits_harder_at_once() -> None:
     assert fast == pytest.approx(3 * slow, rel=0.3)
 
 
-def test_a_hand_that_is_not_wanted_touches_nothing() -> None:
+def test_a_hand_that_was_not_started_touches_nothing() -> None:
     hand = Hand(Strike(4, (0.0, 1.0, 0.0)), 1)
     arm = Arm(ROBOT, period_s=PERIOD_S, touching=[hand])
     arm.reset(HOME)
@@ -77,7 +77,7 @@ def test_a_hand_that_is_not_wanted_touches_nothing() -> None:
     assert np.allclose(with_hand.position, without.position, atol=1e-12)
 
 
-def test_withdrawn_before_it_touches_it_never_does() -> None:
+def test_a_hand_withdrawn_before_contact_touches_nothing() -> None:
     hand = Hand(Strike(4, (0.0, 1.0, 0.0)), 1)
     arm = Arm(ROBOT, period_s=PERIOD_S, touching=[hand])
     arm.reset(HOME)

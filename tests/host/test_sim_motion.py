@@ -22,7 +22,7 @@ COLLISION = Permit(False, 2, collision=True)
 
 
 class Robot:
-    """An arm with its own mind, and a permission that the test gives or takes."""
+    """An arm with its controller, and a permission that the test gives or withdraws."""
 
     def __init__(self, *jobs: Job, recovery: Recovery = RECOVERY) -> None:
         self.arm = Arm(ROBOT, period_s=PERIOD_S)
@@ -31,7 +31,7 @@ class Robot:
         self.sample = self.arm.stand()
 
     def run(self, permit: Permit, seconds: float) -> np.ndarray:
-        """Joint velocities (N, n) of so many seconds under one permission."""
+        """Joint velocities (N, n) during this many seconds under one permission."""
         velocities = []
         for _ in range(round(seconds / PERIOD_S)):
             torque = self.motion.step(permit, self.sample)
@@ -62,7 +62,7 @@ def test_nothing_moves_before_the_first_permission() -> None:
     assert np.linalg.norm(robot.tip - TIP) < 1e-3
 
 
-def test_a_permitted_move_ends_at_rest_where_it_was_sent() -> None:
+def test_a_permitted_move_ends_at_rest_at_its_target() -> None:
     robot = Robot(move(0.0, 0.3, 0.1))
     robot.run(ALLOWED, 3.0)
     assert robot.motion.finished
@@ -71,7 +71,7 @@ def test_a_permitted_move_ends_at_rest_where_it_was_sent() -> None:
 
 
 @pytest.mark.parametrize(("category", "braked", "in_control"), [(0, True, False), (1, True, False), (2, False, True)])
-def test_it_stops_by_the_category_that_is_asked_for(category: int, braked: bool, in_control: bool) -> None:
+def test_it_stops_by_the_requested_category(category: int, braked: bool, in_control: bool) -> None:
     robot = moving_robot()
     robot.run(Permit(False, category), 0.01)
     assert robot.motion.brakes == (category == 0)  # a controlled stop comes first in 1 and 2
@@ -81,14 +81,14 @@ def test_it_stops_by_the_category_that_is_asked_for(category: int, braked: bool,
     assert (robot.motion.mode in (Mode.PAUSING, Mode.READY)) == in_control
 
 
-def test_a_stricter_category_on_the_way_is_obeyed() -> None:
+def test_a_stricter_category_during_a_stop_is_obeyed() -> None:
     robot = moving_robot()
     robot.run(Permit(False, 2), 0.02)
     robot.run(Permit(False, 0), 0.01)
     assert robot.motion.brakes
 
 
-def test_after_a_collision_it_goes_back_the_way_it_came_and_then_asks() -> None:
+def test_after_a_collision_it_returns_along_its_path_and_then_requests_a_reset() -> None:
     robot = moving_robot()
     robot.run(COLLISION, 0.3)
     stopped = robot.tip
@@ -113,7 +113,7 @@ def test_a_retreat_goes_no_further_than_where_the_move_began() -> None:
     assert np.linalg.norm(robot.tip - corner) < 0.01
 
 
-def test_with_permission_again_it_finishes_what_it_was_at() -> None:
+def test_with_permission_again_it_finishes_the_interrupted_move() -> None:
     robot = moving_robot()
     robot.run(COLLISION, 3.0)
     robot.run(ALLOWED, 4.0)
@@ -121,7 +121,7 @@ def test_with_permission_again_it_finishes_what_it_was_at() -> None:
     assert np.linalg.norm(robot.tip - (TIP + np.array((0.0, 0.3, 0.1)))) < 2e-3
 
 
-def test_from_brakes_it_comes_back_and_finishes() -> None:
+def test_after_braking_it_resumes_and_finishes() -> None:
     robot = moving_robot()
     robot.run(Permit(False, 0), 1.0)
     assert robot.motion.brakes
@@ -132,7 +132,7 @@ def test_from_brakes_it_comes_back_and_finishes() -> None:
     assert np.linalg.norm(robot.tip - (TIP + np.array((0.0, 0.3, 0.1)))) < 2e-3
 
 
-def test_pushed_far_off_it_brakes_instead_of_fighting() -> None:
+def test_when_pushed_far_off_it_brakes_instead_of_pushing_back() -> None:
     robot = Robot(Wait(5.0))
     robot.run(ALLOWED, 0.5)
     robot.arm.push_tip(np.array([0.0, 0.0, -2000.0]), np.zeros(3))  # more than the motors can hold
@@ -147,7 +147,7 @@ def test_pushed_far_off_it_brakes_instead_of_fighting() -> None:
     assert not robot.motion.brakes
 
 
-def test_waiting_goes_on_where_it_was_interrupted() -> None:
+def test_an_interrupted_wait_resumes() -> None:
     robot = Robot(Wait(1.0))
     robot.run(ALLOWED, 0.6)
     robot.run(Permit(False, 2), 1.0)
@@ -157,7 +157,7 @@ def test_waiting_goes_on_where_it_was_interrupted() -> None:
     assert robot.motion.finished
 
 
-def test_yielding_it_gives_way_and_returns_to_its_pose() -> None:
+def test_while_yielding_it_gives_way_and_then_returns_to_its_pose() -> None:
     robot = Robot(Yield(6.0))
     robot.run(ALLOWED, 0.2)
     robot.arm.push_tip(np.array([0.0, 25.0, 0.0]), np.zeros(3))
@@ -209,7 +209,7 @@ def test_a_straight_move_is_straight_and_keeps_its_limits() -> None:
     assert max(turned) < 2e-3
 
 
-def test_a_place_out_of_reach_is_refused() -> None:
+def test_a_target_out_of_reach_is_refused() -> None:
     with pytest.raises(Unreachable, match=r"mm from its goal|singular|range|speed"):
         PLANNER.straight_move(HOME, TIP + np.array((1.5, 0.0, 0.0)), ROTATION, HOME, Limits())
     with pytest.raises(Unreachable, match="joint2 would leave its range"):

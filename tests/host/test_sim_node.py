@@ -38,7 +38,7 @@ STOP = {**PERMISSION, "Permission": 0, "PermissionInverted": 15, "Reason": 6, "T
 
 
 class Cell:
-    """A robot on a bus, and a guard that says what the test wants."""
+    """A robot on a bus, and a guard whose answers the test chooses."""
 
     def __init__(self, faults: tuple[SensorFault, ...] = (), sensors: SensorModel = IDEAL) -> None:
         self.wire = Wire.read()
@@ -93,7 +93,7 @@ def cell() -> Iterator[Cell]:
     cell.guard_bus.shutdown()
 
 
-def test_a_cycle_is_sync_then_task_then_every_joint_in_order(cell: Cell) -> None:
+def test_a_cycle_has_sync_then_task_then_every_joint_in_order(cell: Cell) -> None:
     cell.go(2)
     names = [received.message.name for received in cell.heard]
     assert names == ["Sync", "TaskCommand", *(f"JointState{joint}" for joint in range(1, 8))]
@@ -117,14 +117,14 @@ def broken(frame: can.Message) -> can.Message:
 def answers_that_permit_nothing() -> dict[str, Any]:
     return {
         "silence": lambda cell: [],
-        "an answer to the cycle before": lambda cell: [cell.answer(PERMISSION, late=1)],
+        "an answer to the previous cycle": lambda cell: [cell.answer(PERMISSION, late=1)],
         "a broken CRC": lambda cell: [broken(cell.answer(PERMISSION))],
         "permission without its inverse": lambda cell: [cell.answer({**PERMISSION, "PermissionInverted": 15})],
         "the inverse without permission": lambda cell: [cell.answer({**PERMISSION, "Permission": 0})],
         "a frame too many lost before it": lambda cell: [[cell.answer(PERMISSION) for _ in range(12)][-1]],
         "a stop": lambda cell: [cell.answer(STOP)],
         "a stop before a permission": lambda cell: [cell.answer(STOP), cell.answer(PERMISSION)],
-        "a stop behind a permission": lambda cell: [cell.answer(PERMISSION), cell.answer(STOP)],
+        "a stop after a permission": lambda cell: [cell.answer(PERMISSION), cell.answer(STOP)],
         "a stop of another cycle": lambda cell: [cell.answer(STOP, late=1), cell.answer(PERMISSION)],
         "a stop whose counter was used": lambda cell: [cell.answer(PERMISSION), cell.repeated(STOP)],
     }
@@ -143,15 +143,15 @@ def test_without_a_valid_permission_it_stops_at_once(cell: Cell, case: str) -> N
     assert np.abs(cell.node.sample.velocity).max() < 0.02
 
 
-def test_the_first_answer_is_no_permission_yet(cell: Cell) -> None:
-    """E2E: nobody can tell whether the first frame of a sender is a fresh one."""
+def test_the_first_answer_does_not_permit(cell: Cell) -> None:
+    """E2E: a receiver cannot know whether the first frame of a sender is fresh."""
     cell.turn(cell.answer(PERMISSION))
     assert not cell.node.permitted
     cell.turn(cell.answer(PERMISSION))
     assert cell.node.permitted
 
 
-def test_silence_ends_with_brakes_and_voices_bring_it_back(cell: Cell) -> None:
+def test_silence_ends_with_brakes_and_new_permissions_release_them(cell: Cell) -> None:
     cell.go(300)
     for _ in range(150):
         cell.turn()
@@ -162,7 +162,7 @@ def test_silence_ends_with_brakes_and_voices_bring_it_back(cell: Cell) -> None:
     assert cell.motion.finished
 
 
-def test_it_asks_for_a_reset_by_the_trips_number_and_as_an_edge_once_it_stands_ready(cell: Cell) -> None:
+def test_at_rest_it_requests_a_reset_as_an_edge_with_the_trips_number(cell: Cell) -> None:
     cell.go(300)
     requests: list[tuple[bool, float, float]] = []
     for _ in range(1500):
@@ -181,7 +181,7 @@ def test_it_asks_for_a_reset_by_the_trips_number_and_as_an_edge_once_it_stands_r
     assert not cell.heard_of("GuardReset")
 
 
-def test_before_any_trip_it_asks_for_the_first_permission_with_the_number_0(cell: Cell) -> None:
+def test_before_any_trip_it_requests_the_first_permission_with_number_0(cell: Cell) -> None:
     requests = []
     for _ in range(100):
         cell.turn(cell.answer({**STOP, "Reason": 27, "TripNumber": 0}))
@@ -191,12 +191,12 @@ def test_before_any_trip_it_asks_for_the_first_permission_with_the_number_0(cell
 
 
 @pytest.mark.parametrize(("kind", "value"), [("silent", 0.0), ("crc", 0.0), ("status", 2.0), ("offset", 7.0)])
-def test_a_sensors_fault_is_on_the_bus_while_it_lasts(kind: str, value: float) -> None:
+def test_a_sensor_fault_is_on_the_bus_while_it_lasts(kind: str, value: float) -> None:
     fault = SensorFault(3, kind, 0.02, 0.04, value)  # type: ignore[arg-type]
     cell = Cell((fault,))
     weight = DYNAMICS.bias(HOME, np.zeros(7))[2]
     for cycle in range(30):
-        cell.go(1, {**STOP, "TripNumber": 0})  # it stands: what changes is the sensor
+        cell.go(1, {**STOP, "TripNumber": 0})  # the arm is at rest: only the sensor changes
         states = cell.heard_of("JointState3")
         active = 10 <= cycle < 20
         if kind == "silent":
@@ -235,7 +235,7 @@ def test_sensor_errors_are_as_large_as_they_are_set() -> None:
     assert np.allclose(np.std([one.velocity for one in readings], axis=0), 0.01, rtol=0.1)
 
 
-def test_a_delayed_sensor_tells_what_was() -> None:
+def test_a_delayed_sensor_sends_an_earlier_reading() -> None:
     arm = Arm(ROBOT, period_s=PERIOD_S)
     arm.reset(HOME)
     sensors = Sensors(SensorModel(delay_cycles=3), ROBOT.n, np.random.default_rng(1))

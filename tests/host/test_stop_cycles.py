@@ -1,5 +1,5 @@
-"""Both experiments once more, by the frames that the simulated robot sent: the firmware stops the robot in the cycles
-in which a float64 reference does, in float and in Q9.22, give or take one; of limits on what is explained, three."""
+"""Both experiments again, from the frames that the simulated robot sent, in float and in Q9.22. The firmware stops the
+robot within one cycle of a float64 reference; within three cycles where the explained part exceeds its limits."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from tauperp.wire import Receiver
 STOP_COMMAND, OF_GUARD = 0x010, (0x010, 0x200, 0x201)
 RESIDUAL_NM = 0.02
 ESTIMATE_CYCLES = (
-    3  # explained.h: the estimate of what is explained comes nearer with each cycle, float64 solves for it
+    3  # explained.h: the estimate of the explained part converges over several cycles; float64 solves for it
 )
 
 Run = tuple[Scenario, list[can.Message]]
@@ -45,7 +45,7 @@ def run(request: pytest.FixtureRequest) -> Run:
 
 
 def cycles(frames: list[can.Message]) -> Iterator[list[can.Message]]:
-    """What the robot sent in each: the guard's answer begins with its StopCommand."""
+    """The robot's frames of each cycle; the guard's answer begins with its StopCommand."""
     cycle: list[can.Message] = []
     for frame in frames:
         if frame.arbitration_id == STOP_COMMAND:
@@ -57,7 +57,7 @@ def cycles(frames: list[can.Message]) -> Iterator[list[can.Message]]:
 
 @dataclass
 class Course:
-    """Cycle by cycle."""
+    """The firmware's reaction in each cycle."""
 
     permitted: list[bool]
     residual: list[np.ndarray]
@@ -86,7 +86,7 @@ def firmware(run: Run, numeric: Numeric) -> Course:
 
 
 def reference(run: Run) -> tuple[list[bool], list[np.ndarray]]:
-    """Of each cycle: whether it is a collision, and the residual. A reading that no such robot has is not used."""
+    """Whether each cycle is a collision, and its residual. An impossible reading is not used."""
     scenario, frames = run
     method, receiver, robot = Reference(scenario.configuration), Receiver(scenario.configuration.wire), scenario.robot
     readings = np.zeros((3, robot.n))
@@ -100,7 +100,7 @@ def reference(run: Run) -> tuple[list[bool], list[np.ndarray]]:
             assert received is not None
             assert not received.invalid
             signals, at = received.signals, received.message.joint - 1
-            if at >= 0 and signals:  # of the first frame of each only the counter is learned
+            if at >= 0 and signals:  # the first frame of each sender only sets its counter
                 reading = [signals[name] for name in ("Position", "Velocity", "Torque")]
                 if within(robot.joints[at], *reading):
                     readings[:, at] = reading
@@ -129,7 +129,7 @@ def test_the_firmware_stops_in_the_cycle_in_which_float64_does(run: Run, numeric
     collisions, residuals = reference(run)
     difference = float(np.max(np.abs(np.array(course.residual) - np.array(residuals))))
     theirs: list[int] = []
-    watched = False  # the robot may move, and float64 has not seen a collision since it may
+    watched = False  # the robot is permitted to move, and float64 has found no collision since then
     for number, permitted in enumerate(course.permitted):
         watched = watched or (permitted and not course.permitted[number - 1])
         stopped_now = not permitted and number > 0 and course.permitted[number - 1]

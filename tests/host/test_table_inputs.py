@@ -1,4 +1,4 @@
-"""Tables as programs really write them: separators, gaps in the rows, times, words, units, names of joints."""
+"""Tables as real programs write them: separators, gaps in the rows, times, words, units, names of joints."""
 
 import gzip
 from pathlib import Path
@@ -49,7 +49,7 @@ def assert_same(recording: Recording, rows: np.ndarray = ROWS) -> None:
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", "|", " "])
 @pytest.mark.parametrize("decimal", [".", ","])
-def test_separator_and_decimal_comma_are_found_out(tmp_path: Path, separator: str, decimal: str) -> None:
+def test_separator_and_decimal_comma_are_detected(tmp_path: Path, separator: str, decimal: str) -> None:
     if separator == decimal:
         quoted = text("@", decimal).replace("@", '","').replace("\n", '"\n"')
         assert_same(read(tmp_path, '"' + quoted[:-1]))
@@ -60,7 +60,7 @@ def test_separator_and_decimal_comma_are_found_out(tmp_path: Path, separator: st
     assert recording.place(0).endswith("x.csv:2")
 
 
-def test_separator_and_decimal_comma_can_be_said(tmp_path: Path) -> None:
+def test_separator_and_decimal_comma_can_be_given(tmp_path: Path) -> None:
     assert_same(read(tmp_path, text(";", ","), '[file]\nseparator = ";"\ndecimal = ","'))
     with pytest.raises(InputError, match=r"no column 'time', which this arm needs .*line 1 has 'time;q0;q1"):
         read(tmp_path, text(";"), '[file]\nseparator = ","')
@@ -84,19 +84,19 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("kind", OTHERS)
-def test_what_is_around_the_rows_changes_nothing(tmp_path: Path, kind: str) -> None:
+def test_text_around_the_rows_changes_nothing(tmp_path: Path, kind: str) -> None:
     assert_same(read(tmp_path, OTHERS[kind]()))
 
 
-def test_a_line_of_units_is_left_out_and_told(tmp_path: Path) -> None:
+def test_a_line_of_units_is_omitted_and_reported(tmp_path: Path) -> None:
     units = ",".join(["s", "rad", "rad", "rad/s", "rad/s", "Nm", "Nm", "-"])
     recording = read(tmp_path, text().replace("label\n", f"label\n{units}\n"))
     assert_same(recording)
     assert recording.notes == ("the line of units is left out",)
 
 
-def test_rows_of_something_else_are_counted_and_places_stay_true(tmp_path: Path) -> None:
-    """As PlotJuggler writes topics of other times: a row for each, with nothing of the others."""
+def test_rows_without_readings_are_counted_and_line_numbers_stay_correct(tmp_path: Path) -> None:
+    """PlotJuggler writes topics with different times in this way: one row for each, in which the others are empty."""
     lines = text().splitlines()
     lines.insert(4, "0.0041,,,,,,,")
     lines.insert(10, "0.0112,,,,,,,1")
@@ -109,7 +109,7 @@ def test_rows_of_something_else_are_counted_and_places_stay_true(tmp_path: Path)
     assert ":13: 'x" in str(damaged.damage)
 
 
-def test_a_label_of_other_times_holds_until_the_next(tmp_path: Path) -> None:
+def test_a_label_with_its_own_times_holds_until_the_next_one(tmp_path: Path) -> None:
     lines = [line.rpartition(",")[0] + "," for line in text().splitlines()]
     lines[0] += "label"
     lines.insert(5, "0.0061,,,,,,,1")
@@ -118,7 +118,7 @@ def test_a_label_of_other_times_holds_until_the_next(tmp_path: Path) -> None:
     assert touched.tolist() == [False] * 4 + [True] * 8
 
 
-def test_time_may_stand_in_two_columns(tmp_path: Path) -> None:
+def test_time_may_be_split_into_two_columns(tmp_path: Path) -> None:
     lines = text().splitlines()
     split = ["sec,nanosec" + lines[0].removeprefix("time")]
     for k, line in enumerate(lines[1:]):
@@ -154,7 +154,7 @@ def test_currents_have_a_factor_for_each_joint(tmp_path: Path) -> None:
     np.testing.assert_allclose(recording.tau, ROWS[:, 5:7] * [2.0, -0.5])
 
 
-def test_angles_beyond_the_wire_are_wrapped_and_told(tmp_path: Path) -> None:
+def test_angles_beyond_the_wire_are_wrapped_and_reported(tmp_path: Path) -> None:
     rows = ROWS.copy()
     rows[:, 1] += 2 * np.pi
     recording = read(tmp_path, text(rows=rows))
@@ -166,13 +166,13 @@ def test_angles_beyond_the_wire_are_wrapped_and_told(tmp_path: Path) -> None:
     np.testing.assert_allclose(read(tmp_path, text(rows=rows), "[position]\nwrap = true").q, ROWS[:, 1:3], atol=1e-9)
 
 
-def test_a_byte_order_mark_in_toml_is_no_key(tmp_path: Path) -> None:
+def test_a_byte_order_mark_in_toml_is_ignored(tmp_path: Path) -> None:
     path = tmp_path / "x.toml"
     path.write_bytes('robot = "panda"'.encode("utf-8-sig"))
     assert read_toml(path) == {"robot": "panda"}
 
 
-def test_the_command_tells_what_was_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reports_omitted_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "x.csv"
     path.write_text(text(rows=np.repeat(ROWS, 2, axis=0)))
     assert cli.main(["score", "--robot", "ku_dex", str(path), "--out", str(tmp_path)]) == 2
@@ -225,19 +225,19 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_joint_states_of_ros_2_are_picked_by_name(bag: Path, tmp_path: Path) -> None:
+def test_joint_states_of_ros_2_are_selected_by_name(bag: Path, tmp_path: Path) -> None:
     for names, in_map in ((("shoulder", "elbow"), ""), ((), 'joints = ["shoulder", "elbow"]')):
         recording = read_recording(bag, N, mapped(tmp_path, ROS_MAP.format(in_map)), names=names)
         np.testing.assert_allclose(recording.time_s, ROWS[:, 0], atol=1e-6)
         np.testing.assert_allclose(np.hstack([recording.q, recording.qd, recording.tau]), ROWS[:, 1:7])
 
 
-def test_joints_of_other_names_are_named(bag: Path, tmp_path: Path) -> None:
+def test_unknown_joint_names_are_reported(bag: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no joint 'j1' in a message on '/joint_states' \(it has 'elbow', 'finger'"):
         read_recording(bag, N, mapped(tmp_path, ROS_MAP.format("")), names=("j1", "j2"))
 
 
-def test_a_gzip_that_is_cut_gives_what_is_before(tmp_path: Path) -> None:
+def test_a_cut_gzip_gives_the_rows_before_the_cut(tmp_path: Path) -> None:
     path = tmp_path / "x.csv.gz"
     many = np.repeat(ROWS, 400, axis=0)
     many[:, 0] = np.arange(len(many)) * 0.002

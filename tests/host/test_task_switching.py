@@ -39,7 +39,7 @@ def phase(number: int, task: str, mass_kg: float, point: str, extra: str = "") -
 def test_picking_up_switching_and_putting_down_stops_nothing(tmp_path: Path, seed: int) -> None:
     rng = random.Random(seed)
     phases = []
-    put_down_kg = 0.0  # the heaviest
+    put_down_kg = 0.0  # the heaviest payload put down
     for number in range(8):
         if number % 4 == 0:
             mass_kg = round(rng.uniform(0.5, 3.0), 2)
@@ -48,8 +48,8 @@ def test_picking_up_switching_and_putting_down_stops_nothing(tmp_path: Path, see
         phases.append(phase(number, task, 0.0 if task == "none" else mass_kg, rng.choice(["P1", "P2"])))
     result = run_scenario(scenario(tmp_path, phases, seed)).report
     assert result["stops"] == []
-    assert result["peak_residual_free_nm"] > 2.0  # the payload is there for r to see
-    # A load put down in the very cycle in which its task ends leaves about 0.25 Nm per kg.
+    assert result["peak_residual_free_nm"] > 2.0  # r shows the payload
+    # A load put down in the cycle in which its task ends leaves an index of about 0.25 Nm per kg.
     assert result["peak_index_free_nm"] < 0.1 + 0.3 * put_down_kg
     assert result["finished"]
 

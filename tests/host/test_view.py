@@ -1,4 +1,4 @@
-"""`--view` and `--rerun`: what is drawn and written, and what is said where nothing can be."""
+"""`--view` and `--rerun`: what is drawn and written, and the message where nothing can be drawn."""
 
 import contextlib
 import ctypes.util
@@ -30,7 +30,7 @@ task = "none"
 do = [{ wait_s = 0.2 }]
 """
 
-# The way to draw is chosen by the environment when a process starts; a test process has started long ago.
+# The environment selects the renderer when a process starts, so each drawing needs a process of its own.
 DRAW = """
 import json, sys
 from tauperp.sim.moment import Moment, Puppet
@@ -74,11 +74,11 @@ def test_a_picture_shows_where_the_arm_is_and_which_joint_tripped(tmp_path: Path
     assert (np.abs(standing - turned).max(axis=2) > 0.1).mean() > 0.01
     assert reds(standing) == reds(turned) == 0
     assert reds(tripped) > 200
-    assert standing.std() > 0.05  # something is to be seen
+    assert standing.std() > 0.05  # something is visible
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(Path(name).name for name in names)
 
 
-def test_where_nothing_can_draw_it_says_so_in_one_line(tmp_path: Path) -> None:
+def test_without_a_renderer_the_message_is_one_line(tmp_path: Path) -> None:
     done = drawing([(str(tmp_path / "a.png"), STANDING, 0)], "off")
     assert done.returncode == 1
     assert "tauperp.errors.InputError: cannot draw off screen: " in done.stderr.splitlines()[-1]
@@ -92,7 +92,7 @@ def scenario(tmp_path: Path) -> str:
     return str(path)
 
 
-def test_a_narrow_terminal_loses_no_figure_of_the_table(tmp_path: Path) -> None:
+def test_a_narrow_terminal_shows_every_figure_of_the_table(tmp_path: Path) -> None:
     path = tmp_path / "struck.toml"
     strike = "link = 4\ndirection = [0.0, -1.0, 0.0]\nafter_s = 0.1\nstep = 2\n"
     moves = 'do = [{ wait_s = 0.2 }, { move = "A" }]\n'
@@ -105,7 +105,7 @@ def test_a_narrow_terminal_loses_no_figure_of_the_table(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("missing", ["display", "glfw"])
-def test_a_window_that_cannot_open_is_one_line(
+def test_a_window_that_cannot_open_gives_one_line(
     scenario: str, missing: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if missing == "glfw":
@@ -119,7 +119,7 @@ def test_a_window_that_cannot_open_is_one_line(
     assert capsys.readouterr() == ("", expected)
 
 
-def test_without_its_extra_rerun_is_one_line_before_anything_runs(
+def test_without_its_extra_rerun_gives_one_line_before_the_run(
     scenario: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)

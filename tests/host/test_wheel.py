@@ -1,4 +1,4 @@
-"""The package outside a checkout: source distribution, wheel, and what an installation of the wheel can do."""
+"""The package outside a checkout: source distribution, wheel, and the commands of an installed wheel."""
 
 import ast
 import json
@@ -57,7 +57,7 @@ def _run(command: list[str | Path], folder: Path, **environment: str) -> str:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel, built from the source distribution: what is missing there is missing here."""
+    """The wheel, built from the source distribution: a file missing there is missing here."""
     folder = tmp_path_factory.mktemp("dist")
     hook = "import sys; from scikit_build_core.build import build_sdist; build_sdist(sys.argv[1])"
     _run([sys.executable, "-c", hook, folder], ROOT)
@@ -70,7 +70,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A new environment's bin folder: the wheel is in it, its dependencies are this environment's."""
+    """The bin folder of a new environment that contains the wheel and uses the dependencies of this environment."""
     folder = tmp_path_factory.mktemp("elsewhere")
     _run([sys.executable, "-m", "venv", "--without-pip", folder / "env"], folder)
     python = folder / "env" / "bin" / "python"
@@ -84,7 +84,7 @@ def dependencies() -> dict[str, str]:
     return {"PYTHONPATH": os.pathsep.join(entry for entry in sys.path if "site-packages" in entry)}
 
 
-def test_the_wheel_is_for_every_python_and_says_its_version(wheel: Path) -> None:
+def test_the_wheel_serves_every_python_and_has_the_right_version(wheel: Path) -> None:
     assert wheel.name.startswith(f"tauperp-{__version__}-py3-none-")
 
 
@@ -127,7 +127,7 @@ def test_the_installed_core_computes_in_both_number_types(
     assert said.strip().endswith("(7,)")
 
 
-def test_a_missing_kernel_is_explained_to_someone_without_a_checkout(
+def test_the_message_for_a_missing_kernel_is_right_without_a_checkout(
     installed: Path, dependencies: dict[str, str], tmp_path: Path
 ) -> None:
     program = "from tauperp.kernel.bench import load_kernel; load_kernel()"

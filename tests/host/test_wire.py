@@ -1,4 +1,4 @@
-"""The host's codec: cantools and autosar-e2e read what it encodes, and it judges frames as the firmware does."""
+"""The host's codec: cantools and autosar-e2e accept its frames, and it judges frames as the firmware does."""
 
 import random
 
@@ -68,7 +68,7 @@ def scaled(message: WireMessage, rng: random.Random) -> list[tuple[str, float, f
     return [(name, value, message.definition.get_signal_by_name(name).scale) for name, value in signals.items()]
 
 
-def test_frames_have_the_format_that_is_asked_for(wire: Wire) -> None:
+def test_frames_have_the_requested_format(wire: Wire) -> None:
     for fd in (False, True):
         frame = Sender(wire, fd=fd).frame("Sync", {"Cycle": 7}, cycle=7, timestamp=0.5)
         assert (frame.arbitration_id, frame.is_extended_id, frame.dlc) == (0x020, False, 4)
@@ -128,7 +128,7 @@ def test_multiplexed_signals_that_do_not_fit_are_refused(wire: Wire) -> None:
             sender.frame("GuardIndex", signals)
 
 
-def test_a_refused_frame_uses_up_no_count(wire: Wire) -> None:
+def test_a_refused_frame_does_not_advance_the_counter(wire: Wire) -> None:
     sender = Sender(wire, fd=False)
     with pytest.raises(InputError):
         sender.frame("GuardReset", {"Request": 2, "TripNumber": 0})
@@ -164,7 +164,7 @@ def test_the_receiver_names_every_sequence_error(wire: Wire) -> None:
         assert received.signals == (pytest.approx(JOINT) if status.accepted else {})
 
 
-def test_every_flipped_bit_is_a_wrong_crc_and_moves_no_reference(wire: Wire) -> None:
+def test_every_flipped_bit_is_a_wrong_crc_and_leaves_the_counter_reference(wire: Wire) -> None:
     receiver = Receiver(wire)
     receiver.receive(joint_frame(wire, 4))
     for bit in range(64):
@@ -178,7 +178,7 @@ def test_every_flipped_bit_is_a_wrong_crc_and_moves_no_reference(wire: Wire) -> 
     assert received.status is E2EStatus.OK
 
 
-def test_a_frame_that_is_not_of_this_wire_is_no_message(wire: Wire) -> None:
+def test_a_frame_of_another_wire_is_not_a_message(wire: Wire) -> None:
     receiver = Receiver(wire)
     data = joint_frame(wire, 1).data
     remote = can.Message(arbitration_id=0x101, is_extended_id=False, is_remote_frame=True)
@@ -194,7 +194,7 @@ def test_a_frame_that_is_not_of_this_wire_is_no_message(wire: Wire) -> None:
         assert receiver.receive(frame) is None
 
 
-def test_signals_out_of_their_range_are_named(wire: Wire) -> None:
+def test_signals_out_of_range_are_named(wire: Wire) -> None:
     receiver = Receiver(wire)
     receiver.receive(joint_frame(wire, 0))
     message = wire.message("JointState1")

@@ -1,4 +1,4 @@
-"""tools/dbc2c: the committed sources are current, and a DBC that the firmware cannot be made from is refused."""
+"""tools/dbc2c: the committed sources are current, and a DBC from which no firmware can be generated is refused."""
 
 import re
 import shutil
@@ -35,7 +35,7 @@ def dbc2c() -> ModuleType:
 
 @pytest.fixture
 def checkout(tmp_path: Path, dbc2c: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder that the tool takes for the repository, with the committed files in it."""
+    """A folder with the committed files that the tool uses as the repository."""
     wire = tmp_path / "firmware" / "wire" / "generated"
     wire.mkdir(parents=True)
     for name in GENERATED:
@@ -58,7 +58,7 @@ def test_the_committed_sources_are_current() -> None:
 
 
 @pytest.mark.parametrize("name", GENERATED)
-def test_a_changed_file_is_found_in_one_line_and_left_alone(
+def test_a_changed_file_gives_one_line_and_is_not_overwritten(
     dbc2c: ModuleType,
     checkout: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -74,7 +74,9 @@ def test_a_changed_file_is_found_in_one_line_and_left_alone(
     assert (checkout / name).read_text() == edited
 
 
-def test_a_missing_file_is_found_and_made(dbc2c: ModuleType, checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_file_is_reported_and_then_written(
+    dbc2c: ModuleType, checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (checkout / "protocol.c").unlink()
     assert run(dbc2c, monkeypatch, "--check") == 1
     assert run(dbc2c, monkeypatch) == 0
@@ -104,7 +106,7 @@ def test_a_missing_file_is_found_and_made(dbc2c: ModuleType, checkout: Path, mon
         (" Timing Start", " Timing Config", "or one name twice"),
     ],
 )
-def test_a_dbc_that_the_firmware_cannot_be_made_from_is_refused(
+def test_a_dbc_from_which_no_firmware_can_be_generated_is_refused(
     dbc2c: ModuleType, tmp_path: Path, old: str, new: str, complaint: str
 ) -> None:
     text = (repository_root() / "dbc" / "tauperp.dbc").read_text()
@@ -130,7 +132,7 @@ def test_a_dbc_that_the_firmware_cannot_be_made_from_is_refused(
         ('"Collision"', '"Touch"', False),
     ],
 )
-def test_the_identity_is_of_the_meaning(tmp_path: Path, old: str, new: str, same: bool) -> None:
+def test_the_identity_depends_only_on_the_meaning(tmp_path: Path, old: str, new: str, same: bool) -> None:
     """A comment or a receiver can change; a layout, a scaling, an id, a limit, a value's name cannot."""
     text = (repository_root() / "dbc" / "tauperp.dbc").read_text()
     assert old in text

@@ -116,7 +116,7 @@ def test_frames_of_the_host_check_and_unpack_in_the_firmware(
 
 
 def test_host_and_firmware_judge_the_same_frames_alike(wire: Wire, firmware: Any, rng: random.Random) -> None:
-    """Random steps, corruptions and masquerades over every message that the guard hears."""
+    """Random steps, corruptions and masquerades over every message that the guard receives."""
     host = Receiver(wire)
     heard = [message for message in wire.messages.values() if "GUARD" in message.definition.receivers]
     receivers = {message.id: firmware.ffi.new("e2e_receiver_t *") for message in heard}
@@ -161,7 +161,7 @@ def test_reasons_states_and_tasks_are_named_as_in_the_firmware(wire: Wire, firmw
     for signal in wire.message("GuardStatus").definition.signals:
         if signal.name in tables and signal.choices:
             for number, choice in signal.choices.items():
-                if signal.name == "Task" and str(choice).startswith("Task"):  # a row of the installation's own
+                if signal.name == "Task" and str(choice).startswith("Task"):  # a task defined by the installation
                     assert 3 < number < len(Task)
                     continue
                 constant = tables[signal.name] + camel_to_snake_case(str(choice)).upper()
