@@ -1,4 +1,4 @@
-"""Which tests need vcan0, and which of them share one."""
+"""The tests that need vcan0, and the groups that share one."""
 
 LOCKSTEP = "tests/target/test_versal_lockstep.py"
 # With the lockstep on the emulated Versal, these take about as long as the other files of tests/bus together.

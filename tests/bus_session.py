@@ -1,8 +1,8 @@
-"""Tests that need vcan0 run where it is: in a pytest inside tools/vcan, whose reports become those of this run.
+"""Tests that need vcan0 run in a second pytest inside tools/vcan. Its reports become those of this run.
 
-Each group of them has a vcan0 of its own, so that two workers share them. The inner run of a group gets the names of
-the selected tests in a file, and appends each of its reports as a line of JSON to another. The outer run reads that
-file as it grows. Inside (vcan0 exists) this module only writes.
+Each group of tests has its own vcan0, so that two workers can share the groups. The inner run of a group gets the
+names of the selected tests in a file, and appends each of its reports as a line of JSON to another. The outer run reads
+that file as it grows. In the inner run, where vcan0 exists, this module only writes.
 """
 
 import json
@@ -19,7 +19,7 @@ from bus_groups import group_of, is_bus_test
 from checkout import BUILD, REFUSED, ROOT, ci_accepts, lacking, make
 
 REPORTS = "TAUPERP_BUS_REPORTS"
-# Longer than the slowest test of the bus: ends only a session that hangs.
+# Longer than the slowest test of the bus: only a session that hangs ends in this way.
 SILENCE_S = 900
 PROGRAMS = (
     "library",
@@ -117,14 +117,14 @@ def report_of(item: pytest.Item, outcome: Literal["failed", "skipped"], text: An
 
 
 def skipped(item: pytest.Item, reason: str) -> pytest.TestReport:
-    """As by pytest.skip; with CI=true a failure."""
+    """A skip with this reason; a failure where CI=true forbids it."""
     if ci_accepts(reason):
         return report_of(item, "skipped", (str(item.path), 0, f"Skipped: {reason}"))
     return report_of(item, "failed", REFUSED.format(reason))
 
 
 class Outside:
-    """Where vcan0 is missing."""
+    """The outer run, where vcan0 is missing."""
 
     def __init__(self) -> None:
         self._inner: Inner | None = None
@@ -155,7 +155,7 @@ class Outside:
     def _begin(self, item: pytest.Item) -> Inner:
         """The inner run of this test's group."""
         self.pytest_sessionfinish()
-        make("-j2", *PROGRAMS, check=False)  # what does not build fails its tests inside
+        make("-j2", *PROGRAMS, check=False)  # a program that does not build fails its tests in the inner run
         self._group = group_of(item.nodeid)
         others = [other.nodeid for other in item.session.items if other.get_closest_marker("bus")]
         return Inner(item.config, [nodeid for nodeid in others if group_of(nodeid) == self._group])
@@ -175,7 +175,7 @@ class Outside:
 
 
 class Inside:
-    """In the inner run."""
+    """The inner run, inside tools/vcan."""
 
     def __init__(self, path: str, config: pytest.Config) -> None:
         self._path, self._config = path, config
@@ -185,7 +185,7 @@ class Inside:
         with open(self._path, "a", encoding="utf-8") as file:
             file.write(json.dumps(data) + "\n")
             file.flush()
-            os.fsync(file.fileno())  # the other side is outside this kernel
+            os.fsync(file.fileno())  # the reader is outside this kernel
 
 
 def pytest_configure(config: pytest.Config) -> None:

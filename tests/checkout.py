@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build"
-REFUSED = "cannot run, and where CI=true every test has to: {}"
+REFUSED = "cannot run, and with CI=true every test must run: {}"
 
 
 def ci_accepts(reason: str) -> bool:
@@ -29,7 +29,7 @@ def make(*arguments: str, check: bool = True) -> subprocess.CompletedProcess[str
     with open(BUILD / "make.lock", "w", encoding="utf-8") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         done = subprocess.run(
-            ["nice", "make", "-C", str(ROOT), "--no-print-directory", *arguments],  # the bus tests go by the clock
+            ["nice", "make", "-C", str(ROOT), "--no-print-directory", *arguments],  # the bus tests run in real time
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -64,6 +64,6 @@ def missing(tool: str) -> str:
 
 
 def lacking(item: pytest.Item) -> str:
-    """Why a tool of the item's marker `needs` is missing, in one line; empty if none is."""
+    """Why a tool of the item's marker `needs` is missing, in one line; empty if no tool is missing."""
     tools = [tool for marker in item.iter_markers("needs") for tool in marker.args]
     return next((missing(tool) for tool in tools if missing(tool)), "")

@@ -1,12 +1,12 @@
-"""The one runner: what a test needs, in which order tests run, and the seed of random tests.
+"""The test runner: what a test needs, the order of the tests, and the seed of random tests.
 
 Markers:
     quick    no privileges, no network, no emulator; all of them together take less than a minute (`make quick`)
-    slow     not quick, only because it runs long
+    slow     not quick, only because it takes long
     bus      needs vcan0; runs inside tools/vcan (bus_session.py)
     target   runs the firmware on an emulated controller, or counts its instructions
     gate     judges the sources; a planted violation turns it red (tests/gates/test_planted.py)
-    needs    names of tools/toolbox: skipped, in one line, where the machine has no such tool and cannot get it
+    needs    tools by their names in tools/toolbox; skipped in one line where the machine cannot provide the tool
 """
 
 import random
@@ -115,6 +115,6 @@ def scope_of(nodeid: str) -> str:
     return nodeid
 
 
-@pytest.hookimpl(optionalhook=True)  # not where the bus tests run
+@pytest.hookimpl(optionalhook=True)  # the inner run of the bus tests has no xdist
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:
     return Scheduling(config, log)

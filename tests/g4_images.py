@@ -8,12 +8,12 @@ from checkout import BUILD, ROOT, make
 
 sys.path.insert(0, str(ROOT / "tools"))
 
-COMPLETE_IN_CI = ("contact", "float")  # where CI=true, all others end after so many cycles
+COMPLETE_IN_CI = ("contact", "float")  # with CI=true all other runs end after SLICE_CYCLES
 SLICE_CYCLES = 800
 
 
 def g4_image(name: str, block: bytes, *, numeric: str = "float") -> Path:
-    """The image that ships, with this configuration block."""
+    """The shipped image, with this configuration block."""
     folder = BUILD / "g4"
     folder.mkdir(parents=True, exist_ok=True)
     block_file, image = folder / f"{name}.bin", folder / f"{name}.elf"
@@ -24,5 +24,5 @@ def g4_image(name: str, block: bytes, *, numeric: str = "float") -> Path:
 
 
 def slice_of(name: str, numeric: str) -> int | None:
-    """After how many cycles an experiment ends; None: it runs to its end."""
+    """Number of cycles after which an experiment is stopped; None: the experiment runs to its end."""
     return SLICE_CYCLES if os.environ.get("CI") == "true" and (name, numeric) != COMPLETE_IN_CI else None

@@ -2,7 +2,7 @@
 
 A file is one Unity program, linked with the whole firmware under the address and undefined-behaviour sanitizers. It is
 built and run once, when the first of its tests is due; every test then has its own verdict. A program that does not
-build, dies or hangs fails each test that it gave no verdict on, and so does a test that is written but never run.
+build, crashes or hangs fails each test without a verdict. A test function that is never run fails too.
 """
 
 import functools
@@ -22,7 +22,7 @@ WRITTEN = re.compile(r"^(?:static\s+)?void\s+(test_\w+)\s*\(\s*void\s*\)\s*\{", 
 
 @functools.cache
 def verdicts(program: str, numeric: str) -> tuple[dict[str, str], str]:
-    """The verdict on each test of the program, and what went wrong besides or with them."""
+    """The verdict on each test of the program, and the output of a failure."""
     path = BUILD / "unit" / numeric / program
     built = make(str(path.relative_to(ROOT)), check=False)
     if built.returncode != 0:

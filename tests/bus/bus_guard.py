@@ -66,23 +66,23 @@ class GuardProcess:
             if self.process.poll() is not None:
                 break
             time.sleep(0.02)
-        raise AssertionError(f"the guard did not tell {what}: {self.events()} {self._errors()}")
+        raise AssertionError(f"the guard did not report {what}: {self.events()} {self._errors()}")
 
     def wait_for_state(self, state: str, reason: str | None = None, after: int = 0) -> Event:
-        """Wait for this many lines of any kind."""
+        """Wait for a line with this state, after the first `after` lines."""
         end = time.monotonic() + TIMEOUT_S
         while time.monotonic() < end:
             for event in self.events()[after:]:
                 if event["event"] == "state" and event["state"] == state and reason in (None, event["reason"]):
                     return event
             time.sleep(0.02)
-        raise AssertionError(f"the guard did not get to {state} {reason}: {self.events()[after:]}")
+        raise AssertionError(f"the guard did not reach {state} {reason}: {self.events()[after:]}")
 
     def wait_for_bus(self, what: str) -> Event:
         return self.wait_for(lambda event: event["event"] == "bus" and event["what"] == what, what)
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> Event:
-        """Its last line. Fails unless the process ends by itself, with 0 and nothing on stderr."""
+        """The last line of the process. Fails unless the process ends by itself, with 0 and nothing on stderr."""
         self.process.send_signal(number)
         code = self.process.wait(TIMEOUT_S)
         errors = self._errors()
@@ -107,7 +107,7 @@ def candump(path: Path, *channels: str) -> Iterator[None]:
     """`candump -L` into a file, from before the body's first frame on."""
     listeners = _listeners()
     with open(path, "w") as file:
-        # Large enough for a whole run, because on a busy machine it reads its frames late.
+        # Large enough for a whole run, because candump reads its frames late on a busy machine.
         process = subprocess.Popen(["candump", "-L", "-r", "16000000", *channels], stdout=file)
         end = time.monotonic() + TIMEOUT_S
         while _listeners() == listeners and time.monotonic() < end:
@@ -131,7 +131,7 @@ def _wait_until_calm(path: Path) -> None:
 
 
 def _listeners() -> int:
-    """Filters that any socket has on any CAN interface."""
+    """The number of receive filters of all sockets on all CAN interfaces."""
     return sum(line.endswith("raw") for path in Path("/proc/net/can").glob("rcvlist_*") for line in _lines(path))
 
 

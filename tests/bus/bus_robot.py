@@ -1,4 +1,4 @@
-"""A robot that stands still and obeys: its frames cycle by cycle, and whether it may move after each."""
+"""A robot at rest that obeys the guard: its frames cycle by cycle, and whether it may move after each."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -48,8 +48,8 @@ class Robot:
         self.answer: dict[str, float] | None = None  # the newest valid StopCommand
         self.permitted = False
         self.patience_s = PATIENCE_S
-        self.due_s = 0.0  # of the next cycle by the clock
-        self.log: list[bool] = []  # permitted, by cycle
+        self.due_s = 0.0  # time of the next cycle
+        self.log: list[bool] = []  # whether each cycle was permitted
         self.bus = bus
         self.fault = fault
         self.sender = Sender(wire, fd=configuration.settings.wire.format == "fd")
@@ -74,7 +74,7 @@ class Robot:
         frames = self.frames()
         for frame in frames if self.fault is None else self.fault(self.cycle, frames):
             self.bus.send(frame)
-        self._hear(self.patience_s if wait else 0.0)
+        self._receive_answer(self.patience_s if wait else 0.0)
         self.log.append(self.permitted)
         self.cycle += 1
         return self.permitted
@@ -83,7 +83,7 @@ class Robot:
         return [self.step() for _ in range(count)]
 
     def live(self, seconds: float, period_s: float) -> None:
-        """Cycles by the clock: on a schedule, so that the guard sees the period on average."""
+        """Cycles in real time, on a schedule, so that the mean period is correct."""
         for _ in range(max(1, round(seconds / period_s))):
             now = time.monotonic()
             if now > self.due_s + period_s:
@@ -96,7 +96,7 @@ class Robot:
         self.resets += 1
         self.bus.send(self.sender.frame("GuardReset", {"Request": request, "TripNumber": trip}))
 
-    def _hear(self, timeout_s: float) -> None:
+    def _receive_answer(self, timeout_s: float) -> None:
         """A permission holds for one cycle, and only with a valid answer to that cycle."""
         self.permitted = False
         while (frame := self.bus.recv(timeout_s)) is not None:

@@ -1,7 +1,7 @@
 /* peer: the robot's side of the bus for tests and measurements, fast enough not to influence them.
  *
  *   peer replay CAN FILE            plays a candump log in lockstep. It waits for the guard's frames in the log (0x010,
- *                                   0x200, 0x201) as answers; exit 1 at the first that differs or does not come
+ *                                   0x200, 0x201) as answers; exit 1 at the first that differs or is missing
  *   peer hold CAN CYCLES PERIOD HEX...   a robot that stands still: CYCLES cycles, PERIOD us apart (0: lockstep). HEX:
  * the 8 bytes of each joint's JointState, to which CRC and counter are added peer flood CAN FRAMES GAP HEX   FRAMES
  * frames of JointState1, 8 at a time, GAP us apart
@@ -241,7 +241,7 @@ static bool take_answer(hold_t *self, const struct canfd_frame *frame, uint16_t 
         return false;
     }
     self->answered++;
-    /* The first answer starts the count and permits nothing. */
+    /* The first answer only sets the counter and permits nothing. */
     self->permitted += (e2e_accepts(status) && (frame->data[2] == PERMITTED)) ? 1u : 0u;
     return true;
 }
@@ -278,7 +278,8 @@ static int hold(const peer_t *self, uint64_t cycles, uint32_t period_us, char **
         }
         unanswered = done ? 0u : (unanswered + 1u);
         if (done &&
-            (cycle > 0u)) { /* the first frames of all only begin the count: in lockstep silence ends that cycle */
+            (cycle >
+             0u)) { /* the first frame of each sender only sets its counter: in lockstep silence ends that cycle */
             histogram_add(&state.latency, clock_monotonic_us() - sent_us);
         }
     }

@@ -25,11 +25,11 @@ typedef enum {
     FAULT_COUNT
 } fault_t;
 
-/* A frame on its way, and its fault. */
+/* A frame between robot and guard, and its fault. */
 typedef struct {
     can_frame_t frame;
     fault_t fault;
-    uint64_t cycle; /* that it was made for */
+    uint64_t cycle; /* in which it was made */
     uint8_t kind;   /* protocol_kind_t it was sent as */
     uint8_t joint;
     bool genuine; /* sent by the robot unchanged, with true values */
@@ -55,20 +55,20 @@ typedef struct {
     sent_t late[MAX_FRAMES]; /* for the next cycle */
     uint32_t late_count;
 
-    /* what the robot knows was delivered intact */
+    /* the robot's account of what was delivered intact */
     uint64_t good_sync, good_joints, good_task; /* the newest cycle of each, plus one; 0: none */
     uint32_t joints_in;                         /* bit per joint of the current cycle */
     bool sync_in;
     bool bad_value; /* a sensor fault, a value out of range, or a StopCommand passed the E2E check in this cycle */
 
     bool was_permitted;
-    bool stopped;    /* since the permission ended, or a trip came before the first one */
-    bool reset_sent; /* since then, one that names the trip */
+    bool stopped;    /* the permission ended, or a trip came before the first one */
+    bool reset_sent; /* after that stop, and it named the trip */
     uint8_t reset_counter;
     uint32_t reset_cycles;
     uint64_t push_until, push_from, silent_until;
     uint32_t pushed_joint;
-    bool seen[PROTOCOL_RECEIVE_COUNT]; /* a frame with a valid CRC arrived: the first one only starts the count */
+    bool seen[PROTOCOL_RECEIVE_COUNT]; /* a frame with a valid CRC arrived: the first one only sets the counter */
     tally_t tally;
 } soak_t;
 

@@ -48,7 +48,7 @@ static void account(soak_t *self, const sent_t *sent, const guard_counters_t *be
         self->seen[slot] = true;
     }
     if ((moved == 0u) && !sent->genuine) {
-        breach(self, "a frame was taken that the robot did not send so", sent);
+        breach(self, "the guard accepted a frame that the robot did not send in this form", sent);
     }
     const bool stop_command = (sent->frame.id == protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id) &&
                               ((sent->frame.flags & (uint8_t)CAN_FRAME_EXTENDED) == 0u);

@@ -12,11 +12,11 @@ from tauperp.config import Configuration, load_configuration
 from tauperp.firmware import Core
 
 CONTROLLER = bus_guard.ROOT / "build" / "controller"
-PERIOD_US = 20_000_000  # half of it is how long it waits for an answer: longer than any machine takes
+PERIOD_US = 20_000_000  # the controller waits half a period for an answer, longer than any machine takes
 
 
 def controller(configuration: Configuration, cycles: int, push_nm: float = 0.0) -> list[str]:
-    """Its lines for an arm that stands still, with an excess torque on joint 2."""
+    """The controller's output for an arm at rest, with an excess torque on joint 2."""
     torque = Core(configuration.robot, config=configuration).terms(POSE_RAD, 0 * POSE_RAD).gravity
     torque[1] += push_nm
     pairs = [f"{position:.6f},{value:.3f}" for position, value in zip(POSE_RAD, torque, strict=True)]

@@ -1,7 +1,7 @@
-"""What can happen to frames between robot and guard (the list of IEC 61784-3), and what the guard makes of it.
+"""Faults of the frames between robot and guard (the list of IEC 61784-3), and the guard's reaction.
 
 The guard's process runs in lockstep, so latencies are whole cycles. A fault begins while motion is permitted, lasts,
-and ends; nobody asks for a reset. Corrupted and forged readings claim 50 Nm more: one that is used is a collision.
+and ends; the robot requests no reset. Corrupted and forged readings have 50 Nm more: using one of them causes a trip.
 The table goes to out/bus/faults.json.
 """
 
@@ -26,12 +26,12 @@ WARM_UP = 250  # cycles: the first permission could come after 210 good ones
 LONG, LONGER = 7, 12  # cycles: beyond the deadline of a reading, and beyond every deadline
 AFTER = 8
 PATIENCE_S = 0.6  # for an answer while a fault lasts
-JOINT_DEADLINE, TASK_DEADLINE = 4, 8  # cycles, of the DBC
-SYNC, TASK, JOINT_2, JOINT_3 = 0, 1, 3, 4  # places in a cycle's frames
+JOINT_DEADLINE, TASK_DEADLINE = 4, 8  # cycles, from the DBC
+SYNC, TASK, JOINT_2, JOINT_3 = 0, 1, 3, 4  # positions in the frames of a cycle
 
 
 def modified(what: str, frame: str) -> str:
-    """cangw's modification of a CAN FD frame: frame is id.flags.length.data, of which the data is filled up."""
+    """cangw's modification of a CAN FD frame: the frame is id.flags.length.data; zeros pad the data."""
     head, _, data = frame.rpartition(".")
     return f"{what}:{head}.{data.ljust(128, '0')}"
 
@@ -59,7 +59,7 @@ class Row:
     latency_cycles: (
         int | None
     )  # answers that still permitted motion after the fault began; None: the permission did not end
-    counted: dict[str, int]  # of the guard's counters, those that moved
+    counted: dict[str, int]  # the counters of the guard that changed
     permitted_on_bad_input: int  # answers; must be 0
 
 
@@ -78,7 +78,7 @@ def table() -> Iterator[None]:
         print(f"{row.fault:<44}{row.reaction:<15}{latency:>6}  {counted}")
 
 
-# --- faults: the frames of a cycle -> what gets to the guard ----------------------------------------------------------
+# --- faults: from the robot's frames of a cycle to the frames that reach the guard ------------------------------------
 
 
 def changed(place: int, change: Callable[[can.Message], Sequence[can.Message]]) -> Fault:
@@ -90,7 +90,7 @@ def lost(place: int) -> Fault:
 
 
 def flipped(frame: can.Message) -> can.Message:
-    """Torque + 50 Nm (0x1388 steps of 0.01 Nm), CRC as it was."""
+    """Torque + 50 Nm (0x1388 steps of 0.01 Nm), CRC unchanged."""
     data = bytearray(frame.data)
     torque = int.from_bytes(data[6:8], "little", signed=True) + 5000
     data[6:8] = torque.to_bytes(2, "little", signed=True)
@@ -146,7 +146,7 @@ def remote(frame: can.Message) -> list[can.Message]:
 
 
 CASES: dict[str, tuple[Fault | Callable[[], Fault], str, int | None, str]] = {
-    # fault: (what it does, the reason that ends the permission, at the latest after how many answers, a counter)
+    # fault: (its effect on the frames, the reason of the stop, the latest answer that may permit, a counter)
     "corruption of a reading": (changed(JOINT_3, lambda f: [flipped(f)]), "JointTimeout", JOINT_DEADLINE, "crc_errors"),
     "corruption of Sync": (changed(SYNC, lambda f: [flipped_sync(f)]), "SyncTimeout", JOINT_DEADLINE, "crc_errors"),
     "corruption of every frame": (corrupted_everywhere, "SyncTimeout", JOINT_DEADLINE, "crc_errors"),
@@ -162,7 +162,7 @@ CASES: dict[str, tuple[Fault | Callable[[], Fault], str, int | None, str]] = {
     ),
     "repetition of an old reading": (Stale, "ErrorRate", JOINT_DEADLINE + 5, "sequence_errors"),
     "insertion of a forged reading": (changed(JOINT_3, lambda f: [flipped(f), f]), "none", None, "crc_errors"),
-    "insertion of a joint that is not there": (
+    "insertion of an unknown joint": (
         changed(JOINT_3, lambda f: [f, copy_of(f, id=0x108)]), "none", None, "format_errors",
     ),
     "incorrect sequence: reading before Sync": (early, "JointTimeout", JOINT_DEADLINE, "late_frames"),
@@ -224,7 +224,7 @@ def permitted_on_bad_input(result: Run, tolerated: int | None) -> int:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_lasting_fault_of_the_wire(
+def test_a_lasting_fault_of_the_wire_ends_the_permission_in_time(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, name: str
 ) -> None:
     fault, reason, tolerated, counter = CASES[name]
@@ -262,10 +262,10 @@ def test_one_bad_frame_is_dropped_and_counted_and_stops_nothing(
     result = run_fault(process, robot, fault() if isinstance(fault, type) else fault, 1)
     assert all(result.log[1:]), result
     assert result.reason == "none"
-    assert result.end["trips"] == 1  # the end of the process
+    assert result.end["trips"] == 1  # a last tick at the end of the process
 
 
-def test_a_corrupted_cycle_of_all_frames_is_survived(
+def test_one_cycle_of_corrupted_frames_does_not_stop(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     process = start(configuration, "--lockstep")
@@ -275,7 +275,7 @@ def test_a_corrupted_cycle_of_all_frames_is_survived(
 
 
 @pytest.mark.parametrize("name", CANGW)
-def test_a_gateway_that_modifies_loses_or_readdresses(
+def test_a_gateway_that_modifies_loses_or_readdresses_frames_ends_the_permission(
     start: Start, configuration: Configuration, wire: Wire, vcan1: str, name: str
 ) -> None:
     """Robot on vcan1, guard on vcan0, the kernel's CAN gateway between them."""
@@ -310,7 +310,7 @@ def test_a_gateway_that_modifies_loses_or_readdresses(
 @pytest.mark.parametrize(
     ("name", "id"), [("babbling node, highest priority", "000"), ("babbling node, with a joint's id", "103")]
 )
-def test_a_babbling_node_at_full_load(
+def test_a_babbling_node_at_full_load_causes_no_wrong_permission(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, name: str, id: str
 ) -> None:
     bus.set_filters([{"can_id": bus_robot.STOP_COMMAND, "can_mask": 0x7FF}])
@@ -336,11 +336,11 @@ def test_a_babbling_node_at_full_load(
         assert result.reason == "none"
         assert result.end["crc_errors"] == 0, "the kernel keeps foreign ids"
     else:
-        assert result.end["crc_errors"] > 10  # as many as cangen sends on this machine
+        assert result.end["crc_errors"] > 10  # as fast as cangen sends on this machine
 
 
 def step_with_two(robot: Robot, listener: can.BusABC) -> bool:
-    """A cycle that both guards have answered. Otherwise two processes on one processor may be many cycles apart."""
+    """A cycle that waits for the answers of both guards. Without the wait one guard may be many cycles behind."""
     permitted = robot.step()
     answers = 0
     while answers < 2:
@@ -351,17 +351,16 @@ def step_with_two(robot: Robot, listener: can.BusABC) -> bool:
 
 
 @pytest.mark.parametrize("cycles_between", [0, 1, 5])
-def test_a_second_guard_on_the_bus(
+def test_a_second_guard_on_the_bus_ends_the_permission(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, cycles_between: int
 ) -> None:
-    """Whatever the robot concludes from the two counters: each guard receives the other's frames, and neither
-    permits."""
+    """Each guard receives the other's frames, and neither permits. So the robot need not compare the two counters."""
     process = start(configuration, "--lockstep")
     robot = Robot(configuration, wire, bus)
     start_in_lockstep(robot)
     robot.steps(cycles_between)
     second = start(configuration, "--lockstep")
-    robot.patience_s = 0.05  # for answers that mostly fail the robot's check
+    robot.patience_s = 0.05  # most answers fail the robot's check
     with open_channel("vcan0") as listener:
         log = [step_with_two(robot, listener) for _ in range(LONG)]
         for request in (0, 0, 1):
@@ -383,7 +382,7 @@ def test_a_second_guard_on_the_bus(
 def test_two_guards_that_start_together_permit_nothing(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
-    """Their frames have the same bits, so no check of the robot could distinguish them."""
+    """Their frames have the same bits, so that no check of the robot could distinguish them."""
     processes = [start(configuration, "--lockstep") for _ in "12"]
     robot = Robot(configuration, wire, bus)
     robot.patience_s = 0.05

@@ -1,4 +1,4 @@
-"""The emulated stm32g4 board on a real vcan0 against the simulated robot: byte for byte as the library."""
+"""The emulated stm32g4 board on a real vcan0 against the simulated robot: the bytes of the library."""
 
 import can
 import pytest

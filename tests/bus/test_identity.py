@@ -2,7 +2,7 @@
 library.
 
 The library's run is recorded from python-can's virtual bus, then its robot's frames are played to the process in
-lockstep. The robot does what the guard's frames tell it, so frames that are the same make the same experiment.
+lockstep. The robot obeys the guard's frames, so equal frames mean an equal experiment.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ from tauperp.run.scenario import Scenario, load_scenario, shipped
 
 OF_GUARD = (STOP_COMMAND, STATUS, INDEX)
 SLICE_CYCLES = 400
-SLICE_PERIOD_S = 0.008  # speed of canplayer that User-Mode Linux can follow
+SLICE_PERIOD_S = 0.008  # a rate of canplayer that User-Mode Linux can process
 FRAMES_A_CYCLE = 2
 
 Recorded = tuple[Scenario, list[can.Message], Path]  # frames in the order of the bus, and a candump log of them
@@ -47,7 +47,7 @@ def recorded(request: pytest.FixtureRequest) -> Recorded:
             old.unlink()
         recording: list[can.Message] = []
         outcome = run_scenario(scenario, Setup(channels=2), listener=recording.append)
-        assert outcome.report["stops"], "an experiment without a stop would prove little"
+        assert outcome.report["stops"], "an experiment without a stop is too weak a test"
         write_atomically(log, "".join(log_line(frame, frame.timestamp) for frame in recording))
     with can.CanutilsLogReader(log) as reader:
         frames = list(reader)
@@ -64,11 +64,11 @@ def test_every_answer_is_the_librarys_bit_for_bit(start: Start, recorded: Record
     assert report == {"same": expected, "sent": len(frames) - expected}
     end = process.end()
     assert end["frames"] == len(frames) - expected
-    assert end["ticks"] == expected / FRAMES_A_CYCLE + 1  # one more to end
+    assert end["ticks"] == expected / FRAMES_A_CYCLE + 1  # a last tick at the end
     assert (end["overflows"], end["unsent"]) == (0, 0)
 
 
-def test_a_different_answer_is_seen(start: Start, recorded: Recorded, tmp_path: Path) -> None:
+def test_a_different_answer_is_detected(start: Start, recorded: Recorded, tmp_path: Path) -> None:
     """The comparison can fail: one bit of one recorded answer is enough."""
     scenario, frames, log = recorded
     lines = log.read_text().splitlines(keepends=True)[: 20 * 11]
@@ -83,8 +83,8 @@ def test_a_different_answer_is_seen(start: Start, recorded: Recorded, tmp_path: 
     assert json.loads(result.stdout)["differs_at_line"] == place + 1
 
 
-def test_canplayer_and_candump_see_the_same(start: Start, recorded: Recorded, tmp_path: Path) -> None:
-    """The first part again with foreign peers, in real time."""
+def test_canplayer_and_candump_confirm_the_answers(start: Start, recorded: Recorded, tmp_path: Path) -> None:
+    """The first part again with can-utils as peers, in real time."""
     scenario, frames, _ = recorded
     period_s = scenario.configuration.period_us * 1e-6
     early = [frame for frame in frames if frame.timestamp < SLICE_CYCLES * period_s - period_s / 2]
@@ -96,12 +96,12 @@ def test_canplayer_and_candump_see_the_same(start: Start, recorded: Recorded, tm
         for frame in robot:
             cycle += frame.arbitration_id == 0x020
             file.write(log_line(frame, 1.0 + max(cycle, 0) * SLICE_PERIOD_S))
-    heard = tmp_path / "guard.log"
-    with bus_guard.candump(heard, "vcan0,010:7FF,200:7FE"):
+    received = tmp_path / "guard.log"
+    with bus_guard.candump(received, "vcan0,010:7FF,200:7FE"):
         process = start(scenario.configuration, "--lockstep", program=bus_guard.RELEASE)
         subprocess.run(["canplayer", "-I", str(played)], check=True, timeout=120)
         process.end()
-    with can.CanutilsLogReader(heard) as reader:
+    with can.CanutilsLogReader(received) as reader:
         answers = [(frame.arbitration_id, bytes(frame.data)) for frame in reader]
     assert len(expected) > SLICE_CYCLES
     assert answers[: len(expected)] == expected

@@ -1,4 +1,4 @@
-"""What the process says, and that nobody who does not listen can hold it up; and that it never allocates."""
+"""The output of the process: a reader that does not read cannot block it, and the process never allocates."""
 
 import os
 import subprocess
@@ -26,10 +26,10 @@ def test_in_lockstep_every_line_has_bus_time(
     process.end()
     times = [event["time_s"] for event in process.events()]
     assert times == sorted(times)
-    assert times[-1] == 0.119, "of the newest cycle"
+    assert times[-1] == 0.119, "the time of the newest cycle"
 
 
-def test_a_reader_that_does_not_read_does_not_stop_it(
+def test_a_reader_that_does_not_read_does_not_block_the_process(
     tmp_path: Path, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     path = tmp_path / "block.bin"
@@ -40,7 +40,7 @@ def test_a_reader_that_does_not_read_does_not_stop_it(
     try:
         process.stdout.readline()
         robot = Robot(calm, wire, bus)
-        for number in range(2000):  # so many lines of 70 bytes do not fit into a pipe
+        for number in range(2000):  # this many lines of 70 bytes exceed a pipe's buffer
             error = can.Message(arbitration_id=0x40 if number % 2 else 0x100, is_error_frame=True, data=bytes(8))
             bus.send(error)
             if number % 200 == 0:
@@ -54,7 +54,7 @@ def test_a_reader_that_does_not_read_does_not_stop_it(
         assert process.wait(20) == 0
 
 
-def test_a_terminal_that_is_stopped_does_not_stop_it(
+def test_a_stopped_terminal_does_not_block_the_process(
     tmp_path: Path, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     """Ctrl-S, a pager, a stalled connection: a write to a terminal blocks although poll reported space."""
@@ -83,10 +83,10 @@ def test_a_terminal_that_is_stopped_does_not_stop_it(
             os.close(terminal)
 
 
-def test_lines_for_a_stdout_that_is_closed_do_not_go_to_the_bus(
+def test_lines_for_a_closed_stdout_are_not_sent_to_the_bus(
     tmp_path: Path, calm: Configuration, bus: can.BusABC, wire: Wire
 ) -> None:
-    """Otherwise a socket would get the number of stdout, and a line of 72 bytes is a CAN FD frame."""
+    """Otherwise a socket would get the descriptor of stdout, and a line of 72 bytes would be a CAN FD frame."""
     path = tmp_path / "block.bin"
     path.write_bytes(calm.block())
     guard = f"exec {bus_guard.RELEASE} --channel vcan0 --robot ku_dex --config {path} <&- >&- 2>&-"
@@ -102,7 +102,7 @@ def test_lines_for_a_stdout_that_is_closed_do_not_go_to_the_bus(
         assert process.wait(20) == 0
 
 
-def test_its_memory_is_the_same_after_everything_as_after_its_first_line(
+def test_the_memory_map_stays_the_same_after_the_first_line(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     """A process that allocates, including libc, has a heap or maps pages."""
@@ -130,8 +130,8 @@ def _maps(process: bus_guard.GuardProcess) -> list[str]:
     return Path(f"/proc/{process.process.pid}/maps").read_text().splitlines()
 
 
-def test_nothing_that_it_imports_allocates() -> None:
-    """No heap of its own from the first line on; what libc does inside the calls below needs none either."""
+def test_no_imported_function_allocates() -> None:
+    """The process has no heap from its first line on. The libc calls below need none either."""
     symbols = run("nm", "--dynamic", "--undefined-only", str(bus_guard.RELEASE)).split()
     names = {symbol.partition("@")[0] for symbol in symbols}
     assert "epoll_wait" in names

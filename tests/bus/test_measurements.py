@@ -1,4 +1,4 @@
-"""A small part of the measurements of `make bench-can`, with their verdicts; and that the soak's account can fail."""
+"""A small part of the measurements of `make bench-can`, with their verdicts; and a check that the soak can fail."""
 
 import json
 import subprocess
@@ -20,7 +20,7 @@ BENCH = bus_guard.ROOT / "tools" / "bench-can"
 SOAK = bus_guard.ROOT / "build" / "bus-soak"
 
 
-def test_a_slice_of_the_measurements() -> None:
+def test_a_part_of_the_measurements_passes() -> None:
     result = subprocess.run([sys.executable, BENCH, "--short"], capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stdout + result.stderr
     report = json.loads((bus_guard.ROOT / "out" / "bus" / "bench-short.json").read_text())
@@ -40,7 +40,7 @@ def soak(block: Path, cycles: int, seed: int, configuration: Configuration) -> "
     return subprocess.run([SOAK, block, str(cycles), str(seed), *payloads], capture_output=True, text=True, timeout=200)
 
 
-def test_minutes_of_random_faults_lose_no_frame_and_permit_nothing_wrongly(
+def test_minutes_of_random_faults_lose_no_frame_and_cause_no_wrong_permission(
     configuration: Configuration, tmp_path: Path
 ) -> None:
     block = tmp_path / "block.bin"
@@ -61,7 +61,7 @@ def test_minutes_of_random_faults_lose_no_frame_and_permit_nothing_wrongly(
         ("debounce_ticks", 400_000, "permitted during a push"),
     ],
 )
-def test_a_guard_that_does_not_see_pushes_is_a_breach(
+def test_a_guard_that_does_not_detect_pushes_is_a_violation(
     configuration: Configuration, tmp_path: Path, field: str, cycles: int, breach: str
 ) -> None:
     """The soak can fail: with the largest threshold or debounce of a block, above any push."""

@@ -13,7 +13,9 @@ from tauperp.firmware import Reason
 from tauperp.wire import Wire
 
 
-def test_deadlines_are_looked_at_in_silence_too(start: Start, calm: Configuration, wire: Wire, bus: can.BusABC) -> None:
+def test_deadlines_are_checked_on_a_silent_bus_too(
+    start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
+) -> None:
     process = start(calm)
     robot = Robot(calm, wire, bus)
     lines = run_until_permitted(process, robot)
@@ -21,12 +23,12 @@ def test_deadlines_are_looked_at_in_silence_too(start: Start, calm: Configuratio
     assert event["permitted"] is False
     frames = [bus.recv(1.0) for _ in range(12)]
     stops = [bytes(frame.data) for frame in frames if frame is not None and frame.arbitration_id == STOP_COMMAND]
-    assert len(stops) == 6, "it keeps reporting it"
+    assert len(stops) == 6, "the guard keeps reporting the stop"
     assert {data[2] for data in stops[-2:]} == {0xF0}
     assert process.end()["timer_ticks"] > 5
 
 
-def test_it_does_not_hear_itself(start: Start, calm: Configuration) -> None:
+def test_the_process_does_not_receive_its_own_frames(start: Start, calm: Configuration) -> None:
     process = start(calm)
     time.sleep(2.0)
     end = process.end()
@@ -47,7 +49,7 @@ def test_foreign_ids_stay_in_the_kernel(start: Start, calm: Configuration, bus: 
     assert (end["frames"], end["format_errors"]) == (3, 3)
 
 
-def test_a_frame_is_as_old_as_the_kernel_says_and_not_as_new_as_its_reading(
+def test_the_age_of_a_frame_counts_from_the_kernels_time_stamp(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     process = start(calm)
@@ -63,11 +65,11 @@ def test_a_frame_is_as_old_as_the_kernel_says_and_not_as_new_as_its_reading(
     assert end["response_us"]["max"] >= waited_s * 1e6, "from reception to answer"
 
 
-def test_a_step_of_the_real_time_clock_does_not_turn_time_back(
+def test_a_step_of_the_real_time_clock_does_not_change_guard_time(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC, in_uml: bool
 ) -> None:
     if not in_uml:
-        pytest.skip("the clock of this machine is not ours to set; User-Mode Linux has its own (VCAN_UML=1)")
+        pytest.skip("a test must not set the clock of this machine; User-Mode Linux has its own (VCAN_UML=1)")
     process = start(calm)
     robot = Robot(calm, wire, bus)
     lines = run_until_permitted(process, robot)
@@ -79,7 +81,7 @@ def test_a_step_of_the_real_time_clock_does_not_turn_time_back(
     assert process.events()[lines:] == []
 
 
-def test_classic_can_works_as_well(start: Start, wire: Wire) -> None:
+def test_classic_can_works_too(start: Start, wire: Wire) -> None:
     overrides = {"wire": {"rate_hz": 500, "format": "classic"}, "deadline": {"tick_budget_us": 1000}}
     configuration = load_configuration("default", robot="ku_dex", overrides=overrides)
     run("ip", "link", "set", "vcan0", "down")

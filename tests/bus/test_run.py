@@ -1,6 +1,6 @@
-"""`tauperp run` against the guard's process: what stops the robot, and what becomes of it without a guard.
+"""`tauperp run` against the guard's process: the causes of a stop, and the end of a run without a guard.
 
-Both experiments, cut to their first collision at 500 Hz: nobody waits for a clock here, but User-Mode Linux is slow.
+Both experiments at 500 Hz, up to their first collision. They run in lockstep, because User-Mode Linux is slow.
 """
 
 import json
@@ -24,7 +24,7 @@ PATIENT = ["--start-timeout", "30", "--answer-timeout", "20"]
 TIMEOUT_S = 300
 SYNC = 0x020
 AT_500_HZ = '[guard.wire]\nrate_hz = 500\nformat = "classic"\n'
-CUT = {  # experiment: its phase, time to its step with the collision, and the end
+CUT = {  # experiment: its phase, a shorter wait before the collision, and the end
     "payload": (1, ("wait_s = 0.5", "wait_s = 0.3"), 2.0),
     "contact": (2, ("after_s = 1.3", "after_s = 0.8"), 2.2),
 }
@@ -32,7 +32,7 @@ CUT = {  # experiment: its phase, time to its step with the collision, and the e
 
 @pytest.fixture
 def scenario_file(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
-    """Of one phase of an experiment."""
+    """A scenario with one phase of an experiment."""
     name = getattr(request, "param", "payload")
     phase, sooner, end_s = CUT[name]
     header, *phases = shipped(name).read_text().split("[[phase]]")
@@ -52,13 +52,13 @@ def play(path: Path, *options: str) -> "subprocess.Popen[str]":
 
 
 def wait_for_cycle(bus: can.BusABC, cycle: int) -> None:
-    """Until the robot has begun it."""
+    """Wait until the robot has begun this cycle."""
     end_s = time.monotonic() + TIMEOUT_S
     while time.monotonic() < end_s:
         frame = bus.recv(timeout=1.0)
         if frame is not None and frame.arbitration_id == SYNC and int.from_bytes(frame.data[2:4], "little") >= cycle:
             return
-    raise AssertionError(f"the robot did not get to cycle {cycle}")
+    raise AssertionError(f"the robot did not reach cycle {cycle}")
 
 
 @pytest.mark.parametrize("scenario_file", CUT, indirect=True)
@@ -78,10 +78,10 @@ def test_the_process_stops_the_robot_in_the_cycles_in_which_the_library_does(
     assert report["guard"]["whose"] == "bus"
     assert report["guard"]["config_crc"] == f"{scenario.configuration.crc():08x}"
     assert report["guard"]["differences"] == []
-    assert process.end()["ticks"] == report["cycles"] + 1  # one more to end
+    assert process.end()["ticks"] == report["cycles"] + 1  # a last tick at the end
 
 
-def test_a_guard_that_is_killed_ends_the_run_with_its_cycle(
+def test_a_killed_guard_ends_the_run_and_the_cycle_is_reported(
     start: Start, scenario_file: Path, scenario: Scenario, bus: can.BusABC
 ) -> None:
     process = start(scenario.configuration, "--lockstep", program=bus_guard.RELEASE)
@@ -101,7 +101,7 @@ def test_a_guard_that_is_killed_ends_the_run_with_its_cycle(
     assert "Traceback" not in errors
 
 
-def test_without_a_guard_it_is_one_line_and_exit_code_2(scenario_file: Path) -> None:
+def test_without_a_guard_run_gives_one_line_and_exit_code_2(scenario_file: Path) -> None:
     robot = play(scenario_file, "--start-timeout", "0.5")
     output, errors = robot.communicate(timeout=TIMEOUT_S)
     assert (robot.returncode, output) == (2, "")
@@ -122,7 +122,7 @@ def test_two_guards_never_permit_and_end_the_run(start: Start, scenario_file: Pa
 
 
 def test_the_same_guard_serves_one_robot_after_the_other(start: Start, scenario_file: Path, scenario: Scenario) -> None:
-    """The second robot starts at cycle 0 again, and finds a trip of the first one's end."""
+    """The second robot starts at cycle 0 again, and finds the trip that the end of the first one caused."""
     start(scenario.configuration, "--lockstep", program=bus_guard.RELEASE)
     short = scenario_file.with_name("short.toml")
     short.write_text(scenario_file.read_text().replace("time_limit_s = 2.0", "time_limit_s = 0.6"))
@@ -131,10 +131,10 @@ def test_the_same_guard_serves_one_robot_after_the_other(start: Start, scenario_
         output, errors = robot.communicate(timeout=TIMEOUT_S)
         report = json.loads(output)
         assert (report["ended"], report["stops"]) == (None, []), errors
-        assert report["phases"][0]["peak_tip_speed_m_s"] > 0.01, "it was permitted to move"
+        assert report["phases"][0]["peak_tip_speed_m_s"] > 0.01, "the second robot was permitted to move"
 
 
-def test_an_interface_that_goes_down_is_one_line(start: Start, scenario_file: Path, scenario: Scenario) -> None:
+def test_an_interface_that_goes_down_gives_one_line(start: Start, scenario_file: Path, scenario: Scenario) -> None:
     start(scenario.configuration, "--lockstep", program=bus_guard.RELEASE)
     with open_channel("vcan0") as bus:
         robot = play(scenario_file, *PATIENT)

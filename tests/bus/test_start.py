@@ -96,14 +96,16 @@ def test_can_fd_on_an_interface_without_it_is_refused(block: Path) -> None:
     assert "CAN FD" in result.stderr
 
 
-def test_it_says_what_it_runs_on(start: Start, configuration: Configuration, wire: Wire) -> None:
+def test_the_start_line_names_configuration_wire_and_robot(
+    start: Start, configuration: Configuration, wire: Wire
+) -> None:
     event = start(configuration, "--lockstep").events()[0]
     assert event["config_crc"] == f"{configuration.crc('float32'):08x}"
     assert event["wire_crc"] == wire.hash
     assert (event["robot"], event["joints"], event["format"]) == ("ku_dex", 7, "fd")
 
 
-def test_it_asks_for_real_time_and_says_what_it_got(start: Start, calm: Configuration) -> None:
+def test_the_process_requests_real_time_and_reports_the_result(start: Start, calm: Configuration) -> None:
     event = start(calm).events()[0]
     assert event["realtime"] is True  # the tests run as root of their kernel
     assert event["locked"] is True
@@ -111,14 +113,14 @@ def test_it_asks_for_real_time_and_says_what_it_got(start: Start, calm: Configur
     assert event["realtime"] is False
 
 
-def test_what_is_not_allowed_is_said_and_it_runs_without(block: Path) -> None:
-    """Root without the two capabilities, and without a limit that would replace them."""
+def test_without_capabilities_the_process_runs_and_reports_what_is_missing(block: Path) -> None:
+    """Root without the two capabilities and without resource limits that would allow the same."""
     unprivileged = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock", "prlimit", "--memlock=0", "--rtprio=0"]
     command = [str(bus_guard.RELEASE), "--channel", "vcan0", "--robot", "ku_dex", "--config", str(block)]
     process = subprocess.Popen([*unprivileged, *command], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     line = process.stdout.readline()
-    process.terminate()  # directly after its first line, it still ends with its last frame
+    process.terminate()  # even directly after its first line it sends its last frame
     output, _ = process.communicate(timeout=20)
     assert "without real-time priority (Operation not permitted)" in line
     assert re.search(r"memory not locked \((Operation not permitted|Cannot allocate memory)\)", line)
@@ -128,7 +130,7 @@ def test_what_is_not_allowed_is_said_and_it_runs_without(block: Path) -> None:
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="optional: no systemd here to read the unit")
-def test_systemd_takes_the_unit_and_the_process_its_options(tmp_path: Path) -> None:
+def test_systemd_accepts_the_unit_and_the_process_its_options(tmp_path: Path) -> None:
     text = (bus_guard.ROOT / "firmware" / "hosts" / "linux" / "tauperp-guard.service").read_text()
     unit = tmp_path / "tauperp-guard@.service"
     unit.write_text(text.replace("/usr/local/bin/tauperp-guard", str(bus_guard.RELEASE)))
@@ -144,7 +146,7 @@ def test_systemd_takes_the_unit_and_the_process_its_options(tmp_path: Path) -> N
 def test_a_restart_by_the_service_manager_is_counted_and_limited(
     start: Start, configuration: Configuration, wire: Wire, bus: can.BusABC, tmp_path: Path
 ) -> None:
-    """The runtime directory outlives a process that was killed, as systemd keeps it over a restart."""
+    """The runtime directory remains after a process was killed, as systemd keeps it over a restart."""
     directory = tmp_path / "runtime"
     directory.mkdir()
     environment = {"RUNTIME_DIRECTORY": str(directory)}
@@ -160,11 +162,11 @@ def test_a_restart_by_the_service_manager_is_counted_and_limited(
     assert reasons == ["AWAITING_RESET", "RESTARTED", "RESTARTED", "RESTARTED", "RESTART_LIMIT"]
     process = start(configuration, "--lockstep", environment=environment)
     process.end()
-    assert not list(directory.iterdir()), "a process that was asked to end leaves no count"
+    assert not list(directory.iterdir()), "a process that ended on request leaves no count"
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_it_with_a_last_stop(
+def test_a_signal_ends_the_process_with_a_last_stop(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC, number: signal.Signals
 ) -> None:
     process = start(calm)

@@ -47,11 +47,11 @@ def test_every_frame_decodes_and_passes_its_check(dumped: tuple[Path, Robot], wi
             names[received.message.name] = names.get(received.message.name, 0) + 1
             if received.message.name == "StopCommand" and received.status.accepted:
                 permissions.append(received.signals["Permission"] == 1)
-    ticks = robot.cycle + 1  # the last one at the end
+    ticks = robot.cycle + 1  # one more at the end
     assert names["StopCommand"] == ticks
     assert names["GuardStatus"] + names["GuardIndex"] == ticks
     assert names["Sync"] == names["JointState7"] == robot.cycle
-    assert permissions[:-1] == robot.log[1:]  # the first answer only starts the count
+    assert permissions[:-1] == robot.log[1:]  # the first answer only sets the counter
     assert any(permissions)
     assert not permissions[-1]
 
@@ -73,7 +73,7 @@ def run_with(*command: str, stdin) -> str:
     return subprocess.run([program, *command[1:]], stdin=stdin, check=True, capture_output=True, text=True).stdout
 
 
-def test_a_frame_of_cansend_is_heard_and_judged(start: Start, configuration: Configuration, wire: Wire) -> None:
+def test_a_frame_of_cansend_is_received_and_checked(start: Start, configuration: Configuration, wire: Wire) -> None:
     process = start(configuration, "--lockstep")
     sender = Sender(wire, fd=True)
     for cycle in range(3):

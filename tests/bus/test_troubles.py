@@ -1,4 +1,4 @@
-"""All faults of the process's bus: the permission ends and latches, and the bus is used again."""
+"""All faults of the process's bus: the permission ends, the stop latches, and the process uses the bus again."""
 
 import signal
 import subprocess
@@ -17,11 +17,11 @@ from tauperp.wire import Wire
 BUS_OFF = "20000040#0000000000000000"  # CAN_ERR_FLAG | CAN_ERR_BUSOFF, as can-utils write it
 RESTARTED = "20000100#0000000000000000"
 # Time and cycles are compared over 16 cycles of 50 ms. The first comparison spans the silence; the second and third may
-# each have a delay of the machine in them.
+# each contain a delay of the machine.
 RECOVERY_S = 5.0
 
 
-def test_an_interface_that_goes_down_and_up_is_a_latched_trip_and_then_the_bus_again(
+def test_an_interface_that_goes_down_and_up_causes_a_latched_trip(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     process = start(calm)
@@ -32,7 +32,7 @@ def test_an_interface_that_goes_down_and_up_is_a_latched_trip_and_then_the_bus_a
     assert event["permitted"] is False
     cpu = _cpu_ticks(process)
     time.sleep(1.0)
-    assert _cpu_ticks(process) - cpu < 30, "it spins"
+    assert _cpu_ticks(process) - cpu < 30, "the process polls without a pause"
     run("ip", "link", "set", "vcan0", "up")
     process.wait_for_bus("takes frames again")
     with open_channel("vcan0") as again:
@@ -48,7 +48,7 @@ def test_an_interface_that_goes_down_and_up_is_a_latched_trip_and_then_the_bus_a
     assert end["unsent"] > 0
 
 
-def test_an_interface_that_is_removed_and_made_again_is_opened_anew(
+def test_an_interface_that_is_removed_and_created_again_is_opened_again(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     process = start(calm)
@@ -110,7 +110,7 @@ def test_bus_off_ends_the_permission(start: Start, calm: Configuration, wire: Wi
     [("20000001#0000000000000000", "BusDown"), ("20000004#0001000000000000", "RxOverflow")],
     ids=["transmission timeout", "controller overflow"],
 )
-def test_what_the_controller_reports_ends_the_permission(
+def test_an_error_reported_by_the_controller_ends_the_permission(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC, frame: str, reason: str
 ) -> None:
     process = start(calm)
@@ -120,7 +120,7 @@ def test_what_the_controller_reports_ends_the_permission(
     process.wait_for_state("Stopped", reason, after=lines)
 
 
-def test_a_storm_of_error_frames_is_one_line_and_no_trip(
+def test_many_error_frames_give_one_line_and_no_trip(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     process = start(calm)
@@ -128,7 +128,7 @@ def test_a_storm_of_error_frames_is_one_line_and_no_trip(
     lines = run_until_permitted(process, robot)
     for _ in range(40):
         run("cansend", "vcan0", "20000088#0000000000000000")  # protocol violation, bus error
-        robot.live(CALM_PERIOD_S, CALM_PERIOD_S)  # so that silence is not what stops it
+        robot.live(CALM_PERIOD_S, CALM_PERIOD_S)  # so that no deadline expires
     robot.live(3 * CALM_PERIOD_S, CALM_PERIOD_S)
     assert robot.permitted
     assert len([event for event in process.events()[lines:] if event["event"] == "bus"]) == 1
@@ -170,7 +170,7 @@ def test_frames_lost_in_the_receive_buffer_end_the_permission(
         "SyncTimeout",
         "JointTimeout",
         "ErrorRate",
-    )  # the first that the process noticed
+    )  # the first one that the process detected
     robot.live(3 * CALM_PERIOD_S, CALM_PERIOD_S)
     assert not robot.permitted
     end = process.end()

@@ -12,7 +12,7 @@ from tauperp.config import Configuration
 from tauperp.wire import Wire
 
 
-def test_the_monitor_goes_on_when_its_interface_was_down(
+def test_the_monitor_continues_after_its_interface_was_down(
     start: Start, calm: Configuration, wire: Wire, bus: can.BusABC
 ) -> None:
     process = start(calm)

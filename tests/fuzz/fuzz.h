@@ -1,4 +1,4 @@
-/* fuzz: what the fuzz targets share: reading the input, a verdict that ends the process, and a count of frames. */
+/* fuzz: common parts of the fuzz targets: reading the input, a verdict that ends the process, and a count of frames. */
 #ifndef FUZZ_H
 #define FUZZ_H
 
@@ -19,7 +19,7 @@
         }                                                                                                              \
     } while (false)
 
-/* The bytes of an input, read from the front. Behind the end everything is 0. */
+/* The bytes of an input, read from the front. After the end every byte is 0. */
 typedef struct {
     const uint8_t *data;
     size_t size;
@@ -55,7 +55,7 @@ static inline bool crc_is_good(const uint8_t *data, uint8_t length, const uint8_
     return data[0] == (uint8_t)(crc8(crc, data_ids[data[1] & 0x0Fu]) ^ 0xFFu);
 }
 
-/* What a run did. Printed at the end of the process, for tools/fuzz. */
+/* Counts of a run. Printed at the end of the process, for tools/fuzz. */
 extern uint64_t fuzz_frames, fuzz_ticks;
 void fuzz_count_at_exit(void);
 

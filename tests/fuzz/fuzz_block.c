@@ -2,7 +2,7 @@
  * accepts.
  *
  * An input is a list of changes to a good block, or a file byte for byte. A refused block permits nothing. An accepted
- * one keeps its bounds, written here a second time, and its ticks stay free of undefined behaviour.
+ * one keeps its bounds, which are written here a second time, and its ticks stay free of undefined behaviour.
  */
 #define _GNU_SOURCE /* memfd_create */
 #include <stdarg.h>
@@ -37,7 +37,7 @@ void complain(const char *format, ...) {
     const int length = vsnprintf(line, sizeof line, format, arguments);
     va_end(arguments);
     REQUIRE(length > 0);
-    for (const char *at = line; *at != '\0'; ++at) { /* one line, of which a terminal draws each character */
+    for (const char *at = line; *at != '\0'; ++at) { /* one line of printable characters */
         REQUIRE((*at >= ' ') && (*at <= '~'));
     }
 }
@@ -58,7 +58,7 @@ static uint32_t next32(bytes_t *bytes) {
     return low | ((uint32_t)next16(bytes) << 16);
 }
 
-/* One word of the block: replaced, one bit flipped, or moved by a little. */
+/* One word of the block: replaced, one bit flipped, or changed by a small amount. */
 static void change(guard_config_t *config, bytes_t *bytes) {
     uint32_t word = 0;
     const uint16_t where = next16(bytes);
@@ -126,7 +126,7 @@ static void drive(bench_t *bench, bytes_t *bytes) {
         fuzz_frames += 2u + bench->config.robot.joint_count;
         tick(bench);
         ++fuzz_ticks;
-        REQUIRE(!bench->out.permitted); /* no GuardReset has come */
+        REQUIRE(!bench->out.permitted); /* no GuardReset was sent */
         for (uint32_t joint = 0; joint < ROBOT_MAX_JOINTS; ++joint) {
             const bool finite = num_finite(bench->out.residual[joint]) && num_finite(bench->out.index[joint]);
             REQUIRE(finite || (bench->out.state == GUARD_STATE_FAULT));
@@ -159,7 +159,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     fuzz_count_at_exit();
     bench = (bench_t){.task = (uint8_t)(1u + mode % 3u), .now_us = 1000000u};
     bench.config = make_config();
-    if ((mode & 0x80u) != 0u) { /* a file as it stands */
+    if ((mode & 0x80u) != 0u) { /* the input is a file, byte for byte */
         load_file(bytes.data, bytes.size, "ku_dex");
         memcpy(&bench.config, bytes.data, (bytes.size < sizeof bench.config) ? bytes.size : sizeof bench.config);
     } else {

@@ -1,4 +1,4 @@
-/* fuzz_e2e: sequences of frames against e2e.c, judged by a second writing of AUTOSAR E2E profile 2. */
+/* fuzz_e2e: sequences of frames against e2e.c, judged by a second implementation of AUTOSAR E2E profile 2. */
 #include <string.h>
 
 #include "e2e.h"
@@ -9,7 +9,7 @@ typedef struct {
     uint32_t counter;
 } model_t;
 
-/* What the receiver must say, from the definition: distances of counters modulo 16. */
+/* The receiver's required status, from the definition: distances of counters modulo 16. */
 static e2e_status_t expected(model_t *model, const can_frame_t *frame, const uint8_t *data_ids, uint32_t max_delta) {
     if (!crc_is_good(frame->data, frame->length, data_ids)) {
         return E2E_WRONG_CRC;
@@ -36,7 +36,7 @@ static can_frame_t next_frame(bytes_t *bytes, e2e_transmitter_t *sender, const p
     for (uint32_t i = 1; i < frame.length; ++i) {
         frame.data[i] = next8(bytes);
     }
-    if ((op & 0x08u) != 0u) { /* a sender with a counter of its own */
+    if ((op & 0x08u) != 0u) { /* a sender with its own counter */
         const uint8_t before = sender->counter;
         e2e_protect(sender, frame.data, frame.length, entry->data_ids);
         REQUIRE(sender->counter == (before + 1u) % 16u);

@@ -1,4 +1,4 @@
-"""The committed inputs of tests/fuzz and a few seeded ones more (tools/fuzz check). For a long run: make fuzz."""
+"""The committed inputs of tests/fuzz and a few more, seeded ones (tools/fuzz check). For a long run: make fuzz."""
 
 import subprocess
 import sys

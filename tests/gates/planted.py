@@ -18,8 +18,8 @@ LINKS = f"{DOCS}every_link_between_pages_leads_to_a_page_and_a_heading"
 LAYERS = "tests/host/test_layers.py::test_"
 SYMBOLS = "tests/target/test_core_symbols.py::test_"
 BANK = "firmware/core/bank.c"
-FUTURE_S = 4e9  # a time of files
-# What is compiled. A copy in which all but one of these sources are empty compiles in seconds.
+FUTURE_S = 4e9  # a modification time of files
+# The compiled sources. A copy in which all but one of these sources are empty compiles in seconds.
 COMPILED = ("firmware/**/*.c", "host/kernel/*.c")
 
 
@@ -30,8 +30,8 @@ class Plant:
     gate    the test that must fail: its node id, or that of a function with all its parameters
     file    the file that changes
     old     the text that is replaced; empty: `new` is appended, or is a new file
-    says    what the failure must say
-    alone   of all C sources of the firmware only `file` has content in the copy
+    says    text that the failure must contain
+    alone   all other C sources of the firmware are empty in the copy
     needs   the tool of tools/toolbox that the gate needs
     """
 
@@ -99,7 +99,14 @@ PLANTS = [
     ),
     Plant(f"{LAYERS}no_include_climbs", "firmware/wire/e2e.c", "", '\n#include "bank.h"\n', "wire/e2e.c -> core"),
     Plant(
-        f"{LAYERS}no_import_of_the_host_climbs",
+        f"{LAYERS}no_include_goes_to_a_higher_layer",
+        "firmware/wire/e2e.c",
+        "",
+        '\n#include "bank.h"\n',
+        "wire/e2e.c -> core",
+    ),
+    Plant(
+        f"{LAYERS}no_import_of_the_host_goes_to_a_higher_layer",
         "host/tauperp/sim/arm.py",
         "",
         "\nfrom tauperp.config import Settings\n",
@@ -126,9 +133,7 @@ PLANTS = [
         "\n[gone](gone.md)\n",
         "gone.md does not exist",
     ),
-    Plant(
-        f"{DOCS}links_of_the_readme_lead_somewhere", "SECURITY.md", "", "\n[gone](gone.md)\n", "SECURITY.md: gone.md"
-    ),
+    Plant(f"{DOCS}links_of_the_readme_are_valid", "SECURITY.md", "", "\n[gone](gone.md)\n", "SECURITY.md: gone.md"),
     Plant(f"{DOCS}every_page_is_in_the_navigation", "mkdocs.yml", "  - Concepts: concepts.md\n", "", "concepts.md"),
     Plant(
         f"{DOCS}every_reason_has_advice_and_a_class",
@@ -167,7 +172,7 @@ PLANTS = [
         "numpy",
     ),
     Plant(
-        f"{SYMBOLS}nothing_of_libm_and_no_double_is_asked_for[m4f-float]",
+        f"{SYMBOLS}the_firmware_needs_nothing_of_libm_and_no_double[m4f-float]",
         BANK,
         "",
         HEAP,
@@ -176,7 +181,7 @@ PLANTS = [
         needs="arm",
     ),
     Plant(
-        "tests/target/test_worst_case.py::test_the_limits_are_the_documents",
+        "tests/target/test_worst_case.py::test_the_limits_agree_with_the_document",
         "docs/guard.md",
         "| cycle, float | ",
         "| cycle, float | 1",
@@ -186,7 +191,7 @@ PLANTS = [
 
 
 def copy_of_the_checkout(folder: Path) -> None:
-    """What git tracks or would add, the libraries that are built, and a .venv whose package is the copy's."""
+    """All files that git tracks or would add, the built libraries, and a .venv that imports the copy's package."""
     listing = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(listing, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\0")
     built = [str(file.relative_to(ROOT)) for file in ROOT.glob("build/**/libtauperp.so")]
@@ -199,7 +204,9 @@ def copy_of_the_checkout(folder: Path) -> None:
     packages = Path(*Path(sysconfig.get_path("purelib")).parts[-3:])  # lib/python3.x/site-packages
     (tools / packages).mkdir(parents=True)
     for part in (ROOT / ".venv" / packages).iterdir():
-        if "editable" not in part.name and not part.name.startswith("pip"):  # nothing may be installed
+        if "editable" not in part.name and not part.name.startswith(
+            "pip"
+        ):  # the editable package would be that of the checkout
             (tools / packages / part.name).symlink_to(part)
     (tools / packages / "copy.pth").write_text(f"{folder / 'host'}\n")
     for name in ("bin", "pyvenv.cfg"):
@@ -207,7 +214,7 @@ def copy_of_the_checkout(folder: Path) -> None:
     stamp = subprocess.run("pwd -P | cksum | cut -d ' ' -f 1", shell=True, cwd=folder, capture_output=True, text=True)
     installed = tools / f"installed-{stamp.stdout.strip()}"
     installed.touch()
-    os.utime(installed, (FUTURE_S, FUTURE_S))  # whatever is planted afterwards, .venv is current
+    os.utime(installed, (FUTURE_S, FUTURE_S))  # .venv stays current whatever is planted
 
 
 def plant(folder: Path, group: list[Plant]) -> None:
@@ -215,7 +222,7 @@ def plant(folder: Path, group: list[Plant]) -> None:
     for name, old, new in {violation.edit for violation in group}:
         file = folder / name
         text = file.read_text() if file.exists() else ""
-        assert old in text, f"{name} has no {old!r} any more: plant another violation"
+        assert old in text, f"{name} has no {old!r} any more: choose another violation"
         file.write_text(text.replace(old, new, 1) if old else text + new)
     if group[0].alone:
         kept = {folder / violation.file for violation in group}
@@ -224,7 +231,7 @@ def plant(folder: Path, group: list[Plant]) -> None:
 
 
 def rounds(plants: Iterable[Plant]) -> list[list[Plant]]:
-    """Violations that one copy can take: one for each gate, one for each file, and `alone` for all or none."""
+    """Groups of violations that fit into one copy: one per gate, one per file, and all or none with `alone`."""
     result: list[list[Plant]] = []
     for new in plants:
         for group in result:
@@ -238,7 +245,7 @@ def rounds(plants: Iterable[Plant]) -> list[list[Plant]]:
 
 
 def failures(folder: Path, gates: list[str]) -> dict[str, str]:
-    """What each of these tests says in the copy, if it fails."""
+    """The failure message of each of these tests that fails in the copy."""
     report = folder / "gates.xml"
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
     options = ["-vv", "-n0", "-p", "no:cacheprovider", f"--junitxml={report}"]

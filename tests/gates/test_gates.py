@@ -1,4 +1,4 @@
-"""What must hold of the sources: strict builds, formatting, types, generated files that are current."""
+"""Checks of the sources: strict builds, formatting, types, and generated files that are current."""
 
 import pytest
 from checkout import ROOT, make

@@ -1,6 +1,6 @@
-"""Every gate is seen red: a violation of each (planted.py), planted in a copy of the checkout, makes it fail.
+"""Every gate is seen red: it fails on a violation (planted.py) in a copy of the checkout.
 
-A gate is a test of tests/gates, and any other test with the marker `gate`. One without a planted violation fails here.
+A gate is a test of tests/gates, and any other test with the marker `gate`. A gate without a planted violation fails.
 """
 
 import ast
@@ -16,9 +16,9 @@ from checkout import ROOT
 from planted import PLANTS, Plant, copy_of_the_checkout, failures, plant, rounds
 
 ROUNDS = rounds(PLANTS)
-# Gates that are expensive to run: their verdict is a function, and this test plants its violations.
+# Gates that are expensive to run. Their verdict is a function, and the test on the right plants violations for it.
 ELSEWHERE = {
-    "tests/target/test_instruction_counts.py::test_nothing_has_grown_by_more_than_a_hundredth": (
+    "tests/target/test_instruction_counts.py::test_no_count_has_grown_by_more_than_one_percent": (
         "tests/host/test_bench.py::test_growth_of_one_percent_passes_and_of_more_does_not"
     ),
 }
@@ -26,7 +26,7 @@ ELSEWHERE = {
 
 @pytest.fixture(scope="module")
 def red(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int], dict[str, str]]:
-    """What the gates of a round say about its violations, by node id."""
+    """The failures of the gates of a round, by node id."""
 
     @functools.cache
     def of(number: int) -> dict[str, str]:
@@ -82,7 +82,7 @@ def marked() -> set[str]:
 
 
 def lacking(gates: set[str], planted: set[str]) -> list[str]:
-    """Gates without a violation. A violation of a gate's function, or of the same with any parameters, counts."""
+    """Gates without a violation. A violation of the gate's function with any parameters counts."""
     return sorted(gate for gate in gates if gate not in planted and gate.partition("[")[0] not in planted)
 
 
@@ -98,6 +98,6 @@ def test_a_gate_without_a_planted_violation_is_found() -> None:
 
 
 @pytest.mark.parametrize("test", ELSEWHERE.values())
-def test_what_stands_for_a_planted_violation_exists(test: str) -> None:
+def test_the_tests_that_replace_a_planted_violation_exist(test: str) -> None:
     file, _, name = test.partition("::")
     assert name in [node.name for node in functions(ROOT / file)]

@@ -1,4 +1,4 @@
-"""A sample of the mutants of the firmware: the unit tests notice each, or the list of survivors has it."""
+"""A sample of the mutants of the firmware: a unit test detects each one, or the list of survivors contains it."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT / "tools" / "mutate"))
 from schemata import Schemata
 
 LIST = ROOT / "tests" / "mutation" / "survivors.toml"
-# Every mutant of these files was judged, so that a survivor that is not listed is news.
+# Every mutant of these files was judged, so that an unlisted survivor is a new finding.
 JUDGED = (
     "wire/", "schedule/", "core/acceleration", "core/bank", "core/detector", "core/observer", "core/sensor",
     "core/token", "guard/crc32", "guard/guard_reason", "guard/guard_rise", "guard/snapshot",
@@ -45,13 +45,13 @@ def test_each_operator_constant_and_condition_is_a_mutant() -> None:
     )
 
 
-def test_what_has_to_be_constant_is_left_alone() -> None:
+def test_constant_expressions_are_not_mutated() -> None:
     text = "static int t[4 + 1] = {1}; void f(int x) { static int k = 3 * 2; int a[5]; switch (x) { case 1: break; } }"
     assert instrumented(text) == (text, [])
 
 
 @pytest.mark.parametrize(("is_active", "result"), [(False, 12), (True, 3)])
-def test_a_mutant_is_chosen_at_run_time(tmp_path: Path, is_active: bool, result: int) -> None:
+def test_a_mutant_is_selected_at_run_time(tmp_path: Path, is_active: bool, result: int) -> None:
     text, keys = instrumented("int f(int a, int b) { return a * b; }")
     number = 1 + keys.index("a.c:f: a * b -> a / b #1")
     globals_ = "int mutant_active; unsigned long long mutant_steps, mutant_limit; void mutant_hangs(void) {}\n"

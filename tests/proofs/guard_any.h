@@ -1,5 +1,6 @@
-/* guard_any: any configuration block that config_check accepts, and any guard that its own functions can leave behind,
- * as far as a harness relies on either. proof_guard_invariant in proof_guard.c shows that a tick keeps it. */
+/* guard_any: any configuration block that config_check accepts, and any state of a guard that its own functions can
+ * produce, as far as a harness relies on either. proof_guard_invariant in proof_guard.c shows that a tick preserves it.
+ */
 #ifndef TAUPERP_GUARD_ANY_H
 #define TAUPERP_GUARD_ANY_H
 
@@ -21,7 +22,7 @@ static inline void assume_block(const guard_config_t *config) {
     ASSUME((config->bank.channels >= 1u) && (config->bank.channels <= BANK_MAX_CHANNELS));
 }
 
-/* What supervise has checked at the beginning of the tick, and what the stages leave behind. */
+/* The conditions that supervise checks at the beginning of the tick, and those that the stages guarantee. */
 static inline bool guard_is_sound(const guard_t *self) {
     bool sound = (self->joints == self->config->robot.joint_count) && (self->state == ~self->state_inverted) &&
                  (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) && (self->state <= (uint32_t)GUARD_STATE_FAULT) &&

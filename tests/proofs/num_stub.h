@@ -1,5 +1,5 @@
-/* num_stub: the functions of num.h as their contracts, for harnesses of code that calls them. proof_num.c shows that
- * the functions themselves keep the contracts. A value is any number within +-INT32_MAX; a product is bounded by the
+/* num_stub: the contracts of the functions of num.h, for harnesses of code that calls them. proof_num.c shows that
+ * the functions themselves fulfil the contracts. A value is any number within +-INT32_MAX; a product is bounded by the
  * sizes of its factors, so that CBMC decides whether a sum of products fits. */
 #ifndef TAUPERP_NUM_STUB_H
 #define TAUPERP_NUM_STUB_H
@@ -30,7 +30,7 @@ static inline num_t stub_number(uint32_t *saturations) {
     return result;
 }
 
-/* A factor within +-1 makes nothing larger, and two that are not negative have a product that is not. */
+/* A factor within +-1 does not increase the size, and two factors >= 0 have a product >= 0. */
 static inline num_t stub_mul(num_t a, num_t b, uint32_t *saturations) {
     const num_t result = stub_number(saturations);
     ASSUME((num_abs(a) > NUM(1)) || (num_abs(result) <= num_abs(b)));

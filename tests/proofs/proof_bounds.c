@@ -33,7 +33,7 @@ uint32_t config_reaction_us(const guard_config_t *config) {
     return reaction_us;
 }
 
-/* No block that is accepted takes longer to react than the stated time. proof_reaction_fits shows that the time itself
+/* No accepted block has a longer reaction than the stated time. proof_reaction_fits shows that the time itself
  * is computed without overflow. */
 void proof_accepted_block_reacts_in_time(void) {
     guard_config_t block;

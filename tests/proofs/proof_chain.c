@@ -1,5 +1,5 @@
-/* firmware/core, fixed point, part two: a stage whose sums of products stay in range only by the physics of an arm.
- * Bounds, pointers, shifts and loops are proved here; the sums are not. */
+/* firmware/core, fixed point, part two: a stage whose sums of products stay in range only because an arm is a physical
+ * system. Bounds, pointers, shifts and loops are proved here; the sums are not. */
 #include "num_stub.h"
 
 #include "acceleration.c"

@@ -10,7 +10,7 @@ static uint32_t any_crc;
 
 uint32_t crc32_fold(uint32_t state, const uint8_t *data, uint32_t length) {
     (void)state;
-    HOLDS(__CPROVER_r_ok(data, length), "the bytes are there");
+    HOLDS(__CPROVER_r_ok(data, length), "the bytes are readable");
     __CPROVER_havoc_object(&any_crc);
     return any_crc;
 }
@@ -34,7 +34,7 @@ void proof_config_check(void) {
 
 void proof_config_watch(void) {
     guard_config_t block;
-    config_watch_t watch; /* damaged, perhaps */
+    config_watch_t watch; /* possibly damaged */
     (void)config_watch_step(&watch, &block);
     config_watch_start(&watch);
     (void)config_watch_step(&watch, &block);

@@ -1,4 +1,5 @@
-/* firmware/core, fixed point, part one: what sums no products of two numbers that are both unbounded. Overflow too. */
+/* firmware/core, fixed point, part one: code without sums of products of two unbounded numbers. Overflow is proved too.
+ */
 #include "num_stub.h"
 
 #include "bank.c"
@@ -23,9 +24,9 @@ void proof_bank(void) {
     bank_config_t config;
     num_t unexplained[ROBOT_MAX_JOINTS], sudden[ROBOT_MAX_JOINTS];
     uint32_t gap, token;
-    config.channels = 1u; /* the loop does the same to each */
+    config.channels = 1u; /* the loop treats each in the same way */
     for (uint32_t c = 0; c < 1u; ++c) {
-        for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) { /* as config_filters.c asks */
+        for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) { /* as config_filters.c requires */
             const channel_config_t *const channel = &config.channel[c];
             ASSUME(is_constant(channel->own[g], NUM(1)) && is_constant(channel->cross[g], NUM(1)));
             ASSUME(is_constant(channel->back[g], NUM(1)) && is_constant(channel->stay[g], NUM(1)));
@@ -61,12 +62,12 @@ void proof_observer(void) {
     motion_t motion;
     num_t torque[ROBOT_MAX_JOINTS];
     uint32_t gap;
-    for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) { /* as config_bounds.c asks */
+    for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) { /* as config_bounds.c requires */
         ASSUME(is_constant(config.decay[g], NUM(1)) && is_constant(config.gain[g], NUM(1)));
         ASSUME(is_constant(config.momentum_gain[g], NUM(500)));
     }
     observer_step(&observer, &config, any_joints(), &motion, torque, gap);
-    HOLDS(observer.gap <= OBSERVER_MAX_GAP, "the gap is one that the stages behind it have constants for");
+    HOLDS(observer.gap <= OBSERVER_MAX_GAP, "later stages have constants for the gap");
     observer_init(&observer);
     REACHED;
 }
@@ -79,7 +80,7 @@ void proof_sensor(void) {
     REACHED;
 }
 
-/* Any joint of a table, whatever is in it. */
+/* Any joint of any table. */
 void proof_robot_joint(void) {
     robot_joint_t joint;
     (void)joint_is_valid(&joint);
@@ -103,7 +104,7 @@ void proof_vec3(void) {
     REACHED;
 }
 
-/* Of a vector and one whose components are below 64: what every caller has. */
+/* A vector times one with components below 64, as in every caller. */
 void proof_vec3_products(void) {
     vec3_t a, b;
     uint32_t saturations;

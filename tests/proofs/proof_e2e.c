@@ -34,7 +34,7 @@ void proof_e2e_protect(void) {
     REACHED;
 }
 
-/* What is sealed passes the check of a receiver that waits for it. */
+/* A sealed frame passes the check of a receiver that expects its counter. */
 void proof_sealed_frame_passes(void) {
     uint8_t data[8];
     uint8_t ids[E2E_DATA_ID_COUNT];
@@ -49,11 +49,11 @@ void proof_sealed_frame_passes(void) {
 void proof_slot(void) {
     uint32_t id;
     const uint32_t slot = protocol_slot(id);
-    HOLDS(slot <= (uint32_t)PROTOCOL_RECEIVE_COUNT, "an entry, or none");
+    HOLDS(slot <= (uint32_t)PROTOCOL_RECEIVE_COUNT, "an entry or the count");
     HOLDS((slot == (uint32_t)PROTOCOL_RECEIVE_COUNT) || (protocol_receive[slot].id == id), "the entry has the id");
     for (uint32_t i = 0; i < (uint32_t)PROTOCOL_RECEIVE_COUNT; ++i) {
         HOLDS((protocol_receive[i].length >= 2u) && (protocol_receive[i].length <= 8u),
-              "a length that e2e_check takes");
+              "a length that e2e_check accepts");
         HOLDS((protocol_receive[i].max_delta >= 1u) && (protocol_receive[i].max_delta <= E2E_MAX_DELTA), "a step");
     }
     REACHED;

@@ -8,8 +8,8 @@
 static e2e_transmitter_t sealed; /* e2e_protect is shown in proof_e2e.c */
 
 void e2e_protect(e2e_transmitter_t *self, uint8_t *data, uint8_t length, const uint8_t *data_ids) {
-    HOLDS((length >= 2u) && (length <= CAN_FRAME_DATA_LENGTH), "what e2e_protect asks for");
-    HOLDS(__CPROVER_w_ok(data, length) && __CPROVER_r_ok(data_ids, E2E_DATA_ID_COUNT), "the bytes are there");
+    HOLDS((length >= 2u) && (length <= CAN_FRAME_DATA_LENGTH), "the precondition of e2e_protect");
+    HOLDS(__CPROVER_w_ok(data, length) && __CPROVER_r_ok(data_ids, E2E_DATA_ID_COUNT), "the bytes are readable");
     *self = sealed;
 }
 

@@ -10,7 +10,7 @@
 #include "snapshot.c"
 #include "values.c"
 
-/* proof_config.c shows what this stub says. */
+/* proof_config.c proves the contract of this stub. */
 bool config_watch_step(config_watch_t *self, const guard_config_t *config) {
     bool intact;
     (void)self;
@@ -30,7 +30,7 @@ void proof_missing_input(void) {
           "an old snapshot is missing");
     HOLDS((missing != INPUT_NONE) || ((now_us - guard.inputs.task.good_us) <= guard.config->task_deadline_us),
           "an old task is missing");
-    HOLDS(missing_joint(&guard.inputs.snapshot) <= ROBOT_MAX_JOINTS, "a joint, or none");
+    HOLDS(missing_joint(&guard.inputs.snapshot) <= ROBOT_MAX_JOINTS, "a joint or zero");
     REACHED;
 }
 
@@ -57,7 +57,7 @@ void proof_verdict(void) {
     ASSUME((missing >= INPUT_NONE) && (missing < INPUT_COUNT));
     verdict_fill(&guard, missing, now_us, &out);
     HOLDS(!out.permitted || (guard.state == (uint32_t)GUARD_STATE_MONITORING), "permission implies MONITORING");
-    /* The inverted copy permits only what it has looked at itself. */
+    /* The inverted copy permits only on its own checks. */
     const guard_inputs_t *const in = &guard.inputs;
     HOLDS(out.withheld || (in->sync.seen && ((now_us - in->sync.good_us) <= any_block.sync_deadline_us)),
           "Sync is fresh");
@@ -66,11 +66,11 @@ void proof_verdict(void) {
     HOLDS(out.withheld || (in->task.seen && ((now_us - in->task.good_us) <= any_block.task_deadline_us)),
           "the task is fresh");
     HOLDS(out.withheld || ((in->fault == 0u) && !guard.detector.tripped && !guard.explained.tripped), "nothing trips");
-    HOLDS(out.withheld || guard.acknowledged, "a reset has come since the start");
+    HOLDS(out.withheld || guard.acknowledged, "a reset was received since the start");
     REACHED;
 }
 
-/* No assumption on the state: this is what looks at it. */
+/* No assumption on the state, because guard_supervise is the check of the state. */
 void proof_supervise(void) {
     guard_t guard;
     guard_config_t block;
@@ -82,8 +82,8 @@ void proof_supervise(void) {
     const bool ticked = guard.ticked;
     const guard_reason_t reason = supervise(&guard, now_us);
     if (reason == GUARD_REASON_NONE) {
-        HOLDS(guard.state == ~guard.state_inverted, "the state is its copy's opposite");
-        HOLDS(guard.joints == block.robot.joint_count, "loops run to the block's joints");
+        HOLDS(guard.state == ~guard.state_inverted, "the state is the inverse of its copy");
+        HOLDS(guard.joints == block.robot.joint_count, "loops run over the block's joints");
         HOLDS(!ticked || (now_us >= before_us), "time does not run backwards");
         HOLDS(!ticked || ((now_us - before_us) <= block.tick_deadline_us), "the tick is not late");
         HOLDS(snapshot_is_valid(&guard.inputs.snapshot), "the snapshot is valid");

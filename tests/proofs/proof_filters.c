@@ -14,15 +14,16 @@ void bank_init(bank_t *self) {
 void bank_step(bank_t *self, const bank_config_t *config, uint32_t joints, uint32_t gap, const num_t unexplained[],
                const num_t sudden[], uint32_t token) {
     (void)token;
-    HOLDS((config->channels == 1u) && (joints == 1u) && (gap == 1u), "what bank_step asks for");
-    HOLDS(__CPROVER_r_ok(unexplained, sizeof(num_t)) && __CPROVER_r_ok(sudden, sizeof(num_t)), "the inputs are there");
+    HOLDS((config->channels == 1u) && (joints == 1u) && (gap == 1u), "the precondition of bank_step");
+    HOLDS(__CPROVER_r_ok(unexplained, sizeof(num_t)) && __CPROVER_r_ok(sudden, sizeof(num_t)),
+          "the inputs are readable");
     __CPROVER_havoc_object(self);
 }
 
 void proof_filters(void) {
     guard_config_t block;
     channel_config_t channel;
-    block.period_us = CONFIG_PERIOD_MAX_US; /* 20 steps of the response; more of them are the same step */
+    block.period_us = CONFIG_PERIOD_MAX_US; /* 20 steps of the response; every further step is like these */
     (void)channel_is_valid(&block, &channel, orders_by_projection(&block));
     REACHED;
 }

@@ -1,4 +1,4 @@
-/* firmware/guard/guard.c: one tick of any guard, at any time, whatever came in and whatever the stages found. */
+/* firmware/guard/guard.c: one tick of any guard, at any time, with any input and any result of the stages. */
 #include "proof.h"
 
 #include "e2e.c"
@@ -11,7 +11,7 @@
 #include "snapshot.c"
 #include "values.c"
 
-/* Stubs: anything that the real function can leave behind, as other harnesses show. */
+/* Stubs with any effect that the real function can have, as other harnesses show. */
 bool config_watch_step(config_watch_t *self, const guard_config_t *config) {
     bool intact;
     (void)self;
@@ -19,7 +19,7 @@ bool config_watch_step(config_watch_t *self, const guard_config_t *config) {
     return intact;
 }
 
-static void leave_anything_behind(guard_t *self) {
+static void set_any_results(guard_t *self) {
     guard_t any;
     self->detector = any.detector;
     self->explained = any.explained;
@@ -30,7 +30,7 @@ static void leave_anything_behind(guard_t *self) {
 }
 
 void stages_init(guard_t *self) {
-    leave_anything_behind(self);
+    set_any_results(self);
 }
 
 static bool stages_ran;
@@ -42,7 +42,7 @@ void stages_run(guard_t *self) {
     self->task = any.task;
     self->task_cycles = any.task_cycles;
     self->settled_cycles = any.settled_cycles;
-    leave_anything_behind(self);
+    set_any_results(self);
     stages_ran = true;
 }
 
@@ -66,7 +66,7 @@ bool stages_saturated(guard_t *self) {
 
 self_test_t self_test_step(guard_t *self) {
     self_test_t result;
-    leave_anything_behind(self);
+    set_any_results(self);
     return result;
 }
 
@@ -147,7 +147,7 @@ void proof_permission(void) {
               "the evaluated snapshot is fresh");
         HOLDS(in->task.seen && ((now_us - in->task.good_us) <= any_block.task_deadline_us), "the task is fresh");
         HOLDS(!complete || (stages_ran && guard.evaluated), "a complete snapshot was evaluated in this tick");
-        HOLDS(complete || !out.fresh, "what is called fresh is");
+        HOLDS(complete || !out.fresh, "a snapshot marked as fresh is fresh");
         HOLDS(fault == 0u, "no fault was noted");
         HOLDS(!guard.detector.tripped && !guard.explained.tripped, "nothing trips");
         HOLDS(guard.plausibility.fault == 0u, "the readings are plausible");

@@ -1,4 +1,4 @@
-/* The fixed-point numbers themselves, over their whole range. num_stub.h relies on what is shown here. */
+/* The fixed-point numbers over their whole range. num_stub.h relies on these proofs. */
 #include "proof.h"
 
 #include "num.h"
@@ -59,7 +59,7 @@ void proof_num_mul(void) {
     uint32_t saturations;
     const num_t product = num_mul(a, b, &saturations);
     is_number(product);
-    HOLDS((a < 0) || (b < 0) || (product >= 0), "of two that are not negative");
+    HOLDS((a < 0) || (b < 0) || (product >= 0), "two factors >= 0 have a product >= 0");
     REACHED;
 }
 
@@ -90,7 +90,7 @@ void proof_num_newton(void) {
 void proof_num_headroom(void) {
     num_t a;
     const int32_t headroom = num_headroom(a);
-    HOLDS((headroom >= -4) && (headroom <= 26), "num_shift takes it");
+    HOLDS((headroom >= -4) && (headroom <= 26), "num_shift accepts the shift");
     REACHED;
 }
 
@@ -108,7 +108,7 @@ void proof_num_unit(void) {
     const num_t b = any_number();
     num_unit_t cosine, sine;
     uint32_t saturations;
-    const int32_t one = 1073741830; /* 1 and the 6e-9 that a rotation may be off */
+    const int32_t one = 1073741830; /* 1 plus the tolerance of 6e-9 of a rotation */
     ASSUME((cosine >= -one) && (cosine <= one) && (sine >= -one) && (sine <= one));
     (void)num_unit_times(cosine, a);
     (void)num_unit_turned(cosine, sine, a, b);
@@ -139,7 +139,7 @@ void proof_num_times(void) {
 void proof_num_inverse_root(void) {
     int64_t square;
     const num_inverse_t inverse = num_inverse_root(square);
-    HOLDS((inverse.shift >= 9u) && (inverse.shift <= 40u), "num_times takes the shift");
+    HOLDS((inverse.shift >= 9u) && (inverse.shift <= 40u), "num_times accepts the shift");
     REACHED;
 }
 
@@ -167,7 +167,7 @@ void proof_num_rotation(void) {
     const num_t first = any_number();
     const num_t second = any_number();
     uint32_t saturations;
-    const int32_t most = 268435456; /* 64: what the callers have, after num_headroom */
+    const int32_t most = 268435456; /* 64: the bound in the callers, after num_headroom */
     ASSUME((first >= -most) && (first <= most) && (second >= -most) && (second <= most));
     is_number(num_rotation(first, second, &saturations).length);
     REACHED;

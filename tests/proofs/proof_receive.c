@@ -11,7 +11,7 @@
 #include "snapshot.c"
 #include "values.c"
 
-/* Which entry the frame's id has, as proof_slot in proof_e2e.c shows. */
+/* The entry of the frame's id; proof_slot in proof_e2e.c proves this contract. */
 static uint32_t chosen_slot;
 
 uint32_t protocol_slot(uint32_t id) {
@@ -19,7 +19,7 @@ uint32_t protocol_slot(uint32_t id) {
     return chosen_slot;
 }
 
-/* proof_e2e.c shows what this stub says: the status, `lost`, and that a refused frame leaves the reference. */
+/* proof_e2e.c proves the contract of this stub: the status, `lost`, and that a refused frame keeps the reference. */
 static e2e_status_t last_status;
 
 bool e2e_accepts(e2e_status_t status) {
@@ -31,8 +31,8 @@ e2e_status_t e2e_check(e2e_receiver_t *self, const uint8_t *data, uint8_t length
     e2e_status_t status;
     e2e_receiver_t after;
     HOLDS((length >= 2u) && (length <= CAN_FRAME_DATA_LENGTH) && (max_delta >= 1u) && (max_delta <= E2E_MAX_DELTA),
-          "what e2e_check asks for");
-    HOLDS(__CPROVER_r_ok(data, length) && __CPROVER_r_ok(data_ids, E2E_DATA_ID_COUNT), "the bytes are there");
+          "the precondition of e2e_check");
+    HOLDS(__CPROVER_r_ok(data, length) && __CPROVER_r_ok(data_ids, E2E_DATA_ID_COUNT), "the bytes are readable");
     ASSUME((status >= E2E_WRONG_CRC) && (status <= E2E_OK) && (after.lost < E2E_MAX_DELTA));
     if (status >= E2E_WRONG_SEQUENCE) {
         *self = after;
@@ -61,7 +61,7 @@ static void signals_are_unchanged(const guard_inputs_t *before, const guard_inpu
     HOLDS(after->requested_trip == before->requested_trip, "requested trip");
 }
 
-/* One harness per kind of message, so that CBMC has one table entry to look at. */
+/* One harness per kind of message, so that CBMC examines one table entry at a time. */
 static void receive_one(uint32_t slot) {
     guard_t guard;
     uint64_t now_us;

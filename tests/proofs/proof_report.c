@@ -9,8 +9,8 @@
 static e2e_transmitter_t sealed; /* e2e_protect is shown in proof_e2e.c */
 
 void e2e_protect(e2e_transmitter_t *self, uint8_t *data, uint8_t length, const uint8_t *data_ids) {
-    HOLDS((length >= 2u) && (length <= CAN_FRAME_DATA_LENGTH), "what e2e_protect asks for");
-    HOLDS(__CPROVER_w_ok(data, length) && __CPROVER_r_ok(data_ids, E2E_DATA_ID_COUNT), "the bytes are there");
+    HOLDS((length >= 2u) && (length <= CAN_FRAME_DATA_LENGTH), "the precondition of e2e_protect");
+    HOLDS(__CPROVER_w_ok(data, length) && __CPROVER_r_ok(data_ids, E2E_DATA_ID_COUNT), "the bytes are readable");
     *self = sealed;
 }
 
@@ -33,9 +33,9 @@ static void report_with(bool configured) {
     }
     ASSUME(guard.report.round_robin < (2u * 8u * 840u));
     report_tick(&guard, &out);
-    HOLDS((out.frame_count >= 1u) && (out.frame_count <= GUARD_MAX_FRAMES), "StopCommand, and one frame more");
+    HOLDS((out.frame_count >= 1u) && (out.frame_count <= GUARD_MAX_FRAMES), "StopCommand and one more frame");
     HOLDS(out.frame[0].id == protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id, "the first frame is StopCommand");
-    HOLDS(guard.report.round_robin < (2u * 8u * 840u), "the turn stays bounded");
+    HOLDS(guard.report.round_robin < (2u * 8u * 840u), "the number of the turn stays bounded");
 }
 
 void proof_report(void) {

@@ -24,7 +24,7 @@ void proof_schedule_init(void) {
     uint64_t now_us;
     ASSUME(now_us < last_us);
     schedule_init(&schedule, refused ? 0 : &config, in_lockstep, now_us);
-    HOLDS(schedule.grace_us <= schedule.period_us / 2u, "the grace is at most half a period");
+    HOLDS(schedule.grace_us <= schedule.period_us / 2u, "the tolerance is at most half a period");
     HOLDS(schedule.due_us >= now_us, "the first tick is not in the past");
     REACHED;
 }

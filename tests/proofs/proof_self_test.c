@@ -1,4 +1,4 @@
-/* firmware/guard/guard_self_test.c: any guard, at any step, whatever the stages answer. */
+/* firmware/guard/guard_self_test.c: any guard, at any step, with any result of the stages. */
 #include "num_stub.h"
 
 #include "crc32.c"
@@ -14,8 +14,8 @@ void projection_init(projection_t *self) {
 
 static void project(projection_t *self, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], const num_t tau[],
                     num_t rejected[]) {
-    HOLDS(__CPROVER_r_ok(column, k * sizeof(column[0])), "the columns are there");
-    HOLDS(__CPROVER_r_ok(tau, ROBOT_MAX_JOINTS * sizeof(*tau)), "the torque is there");
+    HOLDS(__CPROVER_r_ok(column, k * sizeof(column[0])), "the columns are readable");
+    HOLDS(__CPROVER_r_ok(tau, ROBOT_MAX_JOINTS * sizeof(*tau)), "the torque is readable");
     stage(self, sizeof(*self));
     stage(rejected, ROBOT_MAX_JOINTS * sizeof(*rejected));
 }
@@ -38,7 +38,7 @@ void stages_init(guard_t *self) {
 
 void stages_step(guard_t *self, const task_config_t *task, const snapshot_t *snapshot, uint32_t gap,
                  vec3_t acceleration) {
-    HOLDS(gap <= CONFIG_MAX_GAP, "a gap that the observer has constants for");
+    HOLDS(gap <= CONFIG_MAX_GAP, "the observer has constants for the gap");
     HOLDS(__CPROVER_r_ok(task, sizeof(*task)) && __CPROVER_r_ok(snapshot, sizeof(*snapshot)), "task and snapshot");
     observer_init(&self->observer);
     detector_init(&self->detector);

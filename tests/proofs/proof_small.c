@@ -9,7 +9,7 @@
 void proof_crc32(void) {
     uint8_t data[16];
     uint32_t state, length;
-    ASSUME(length <= sizeof(data)); /* a byte is folded alone, so any length follows */
+    ASSUME(length <= sizeof(data)); /* each byte is processed separately, so the proof covers any length */
     (void)crc32_finish(crc32_fold(state, data, length));
     REACHED;
 }
@@ -17,8 +17,9 @@ void proof_crc32(void) {
 void proof_reasons(void) {
     uint32_t first, second;
     const guard_reason_t worse = reason_worse((guard_reason_t)first, (guard_reason_t)second);
-    HOLDS(((uint32_t)worse == first) || ((uint32_t)worse == second), "the worse one is one of both");
-    HOLDS(reason_worse((guard_reason_t)first, GUARD_REASON_NONE) == (guard_reason_t)first, "no reason hides no fault");
+    HOLDS(((uint32_t)worse == first) || ((uint32_t)worse == second), "the worse reason is one of the two");
+    HOLDS(reason_worse((guard_reason_t)first, GUARD_REASON_NONE) == (guard_reason_t)first,
+          "NONE never replaces a fault");
     (void)reason_class((guard_reason_t)first);
     REACHED;
 }
@@ -48,7 +49,7 @@ void proof_snapshot(void) {
     default:
         ASSUME(snapshot_is_complete(&snapshot));
         (void)snapshot_take(&snapshot);
-        HOLDS(!snapshot_is_complete(&snapshot), "a snapshot is taken once");
+        HOLDS(!snapshot_is_complete(&snapshot), "a snapshot is evaluated once");
         break;
     }
     HOLDS(snapshot_is_valid(&snapshot), "a valid snapshot stays valid");

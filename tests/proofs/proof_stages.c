@@ -1,4 +1,4 @@
-/* firmware/guard/guard_stages.c: any guard with a complete snapshot. The stages are stubs that leave anything behind.
+/* firmware/guard/guard_stages.c: any guard with a complete snapshot. The stages are stubs with any result.
  */
 #include "num_stub.h"
 
@@ -23,7 +23,7 @@ void proof_stages_run(void) {
     ASSUME(snapshot_is_complete(&guard.inputs.snapshot));
     stages_run(&guard);
     HOLDS(guard.task < (uint32_t)TASK_COUNT, "a task of the block");
-    HOLDS(!snapshot_is_complete(&guard.inputs.snapshot), "the snapshot is taken");
+    HOLDS(!snapshot_is_complete(&guard.inputs.snapshot), "the snapshot is evaluated");
     REACHED;
 }
 

@@ -1,4 +1,4 @@
-/* stage_stub: the stages as stubs that leave anything behind, for harnesses of the code that calls them. */
+/* stage_stub: the stages as stubs with any result, for harnesses of the code that calls them. */
 #ifndef TAUPERP_STAGE_STUB_H
 #define TAUPERP_STAGE_STUB_H
 
@@ -6,7 +6,7 @@
 #include "proof.h"
 
 static void stage(void *self, uint32_t size) {
-    HOLDS(__CPROVER_w_ok(self, size), "the stage is there");
+    HOLDS(__CPROVER_w_ok(self, size), "the stage is writable");
     __CPROVER_havoc_slice(self, size);
 }
 
@@ -16,7 +16,7 @@ void motion_init(motion_t *self) {
 
 void motion_step(motion_t *self, const robot_t *robot, const num_t q[], const num_t qd[]) {
     HOLDS(__CPROVER_r_ok(q, robot->joint_count * sizeof(*q)) && __CPROVER_r_ok(qd, sizeof(*qd)),
-          "the readings are there");
+          "the readings are readable");
     stage(self, sizeof(*self));
 }
 
@@ -27,7 +27,7 @@ void observer_init(observer_t *self) {
 void observer_step(observer_t *self, const observer_config_t *config, uint32_t joints, const motion_t *motion,
                    const num_t torque[], uint32_t gap) {
     HOLDS(__CPROVER_r_ok(config, sizeof(*config)) && __CPROVER_r_ok(motion, sizeof(*motion)), "settings");
-    HOLDS(__CPROVER_r_ok(torque, joints * sizeof(*torque)), "the readings are there");
+    HOLDS(__CPROVER_r_ok(torque, joints * sizeof(*torque)), "the readings are readable");
     (void)gap;
     stage(self, sizeof(*self));
 }
@@ -88,7 +88,7 @@ void detector_init(detector_t *self) {
 }
 
 void detector_step(detector_t *self, const detector_config_t *task, uint32_t joints, const bank_t *bank) {
-    HOLDS(__CPROVER_r_ok(task, sizeof(*task)), "the task's row is there");
+    HOLDS(__CPROVER_r_ok(task, sizeof(*task)), "the task's row is readable");
     stage(self, sizeof(*self));
 }
 

@@ -18,7 +18,7 @@ QEMU_RUN = ROOT / "tools" / "qemu-run"
 
 @functools.cache
 def built(goal: str, image: Path) -> Path:
-    """The image, after one `make GOAL` of this run; what of the goal does not build is no concern of another image."""
+    """The image. `make GOAL` runs once; an image of the goal that does not build fails only its own tests."""
     if make("-k", "-j2", goal, check=False).returncode != 0:
         make(str(image.relative_to(ROOT)))
     return image
@@ -45,7 +45,7 @@ def versal_image(name: str, block: bytes, *, numeric: str = "float", lockstep: b
 
 
 def run_to_end(target: str, image: Path, timeout_s: float = 300, arguments: Sequence[str] = ()) -> tuple[int, str]:
-    """Exit code and everything printed of an image that ends by itself. It runs in the checkout's root."""
+    """Exit code and complete output of an image that ends by itself. It runs in the checkout's root."""
     done = subprocess.run(
         [str(QEMU_RUN), target, str(image.relative_to(ROOT)), *arguments],
         stdout=subprocess.PIPE,
@@ -93,10 +93,10 @@ class Emulator:
         return line
 
     def reset(self) -> None:
-        """As by the watchdog: memory stays as it is."""
+        """A reset as by the watchdog: the memory keeps its content."""
         with socket.socket(socket.AF_UNIX) as monitor:
             monitor.connect(str(self._monitor))
-            monitor.recv(4096)  # its greeting
+            monitor.recv(4096)  # QEMU's greeting
             monitor.sendall(b"system_reset\n")
             monitor.recv(4096)
 

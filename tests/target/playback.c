@@ -177,7 +177,7 @@ static int play(void) {
             return EXIT_USAGE;
         }
     }
-    printf("the recording ends without its end\n");
+    printf("the recording has no end record\n");
     return EXIT_USAGE;
 }
 

@@ -1,4 +1,4 @@
-"""Recordings of the library's guard, for images that must come to the same bits (playback.c has the format)."""
+"""Recordings of the library's guard, for images that must produce the same bits (playback.c has the format)."""
 
 import fcntl
 import hashlib
@@ -33,21 +33,21 @@ SYNC = 0x020
 
 
 class Recorder:
-    """A guard of the library, and all that is done with it as a recording."""
+    """A guard of the library that records all calls and results."""
 
     def __init__(self) -> None:
-        self.records: list[bytes] = []  # each one, and each block
+        self.records: list[bytes] = []  # every record and every block
         self._crc = 0
         self.ticks = 0
         self.states: Counter[State] = Counter()
         self.reasons: Counter[Reason] = Counter()
-        self.resumed = 0  # times that the permission came back
-        self.changes = 0  # of the task
+        self.resumed = 0  # number of permissions after a stop
+        self.changes = 0  # changes of the task
         self.ranks: Counter[tuple[int, int]] = Counter()  # by task and rank, of ticks with a new snapshot
         self._last: Verdict | None = None
 
     def start(self, block: bytes) -> None:
-        """A guard from its beginning."""
+        """Begin with a new guard."""
         self._add(_START, len(block))
         padded = block.ljust(-(-len(block) // _RECORD.size) * _RECORD.size, b"\0")
         self.records.append(padded)
@@ -80,13 +80,13 @@ class Recorder:
         return verdict
 
     def index_of_last(self, message_id: int, before: int) -> int:
-        """Where the last record of such a frame is among the first `before` records."""
+        """Index of the last record of such a frame among the first `before` records."""
         head = struct.pack("<I", message_id)
         return max(i for i, record in enumerate(self.records[:before]) if record[0] == _FRAME and record[4:8] == head)
 
     def check_variety(self, *, singular: bool) -> None:
-        """Fails unless the recording holds what it is for: every state, many reasons, and if it is to have them,
-        bases of less than full rank."""
+        """Fails unless the recording contains every state, many reasons and, with `singular`, bases of less than full
+        rank."""
         assert set(self.states) == set(State) - {State.UNINITIALISED}, self.states
         assert self.states[State.MONITORING] > 0.01 * self.ticks, self.states
         assert len(self.reasons) >= 12, self.reasons
@@ -113,7 +113,7 @@ class Recorder:
 
 
 def words_of(guard: Guard) -> bytes:
-    """What the last tick put out, as playback.c collects it."""
+    """The output of the last tick, as playback.c collects it."""
     out, view = guard._output, guard.library.view
     flags = out.permitted | out.fresh << 1 | out.task << 8 | out.stop_category << 16 | out.joint << 24
     numbers = guard.library.ffi.new("num_t[3]", [out.value_nm, out.threshold_nm, out.smallest_singular])
@@ -127,7 +127,7 @@ def words_of(guard: Guard) -> bytes:
 
 
 def _kept(name: str, made_of: bytes, numeric: Numeric, make: Callable[[], Recorder]) -> Path:
-    """A recording's file, made once as long as the library and what it is made of stay."""
+    """The file of a recording. It is made again only if the library or its inputs have changed."""
     library = build_dir() / ("" if numeric == "float32" else "fixed") / "libtauperp.so"
     key = hashlib.sha256(library.read_bytes() + dbc_path().read_bytes() + made_of + Path(__file__).read_bytes())
     path = BUILD / f"{name}-{numeric}-{key.hexdigest()[:16]}.rec"
@@ -141,7 +141,7 @@ def _kept(name: str, made_of: bytes, numeric: Numeric, make: Callable[[], Record
 
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """One of the tests' processes at a time."""
+    """Only one test process at a time runs the body."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with open(path, "w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
@@ -171,7 +171,7 @@ class _RecordedPeer:
 
 
 def record_experiment(name: str, numeric: Numeric, robot: str) -> Path:
-    """One of the paper's experiments in full, the robot driven by a guard of this numeric type."""
+    """One of the paper's experiments in full, where a guard of this numeric type controls the robot."""
     scenario = load_experiment(name, robot=robot)
     block = scenario.configuration.block(numeric)
 
@@ -192,7 +192,7 @@ def record_experiment(name: str, numeric: Numeric, robot: str) -> Path:
 
 
 def record_random(robot: Robot, numeric: Numeric, ticks: int, seed: int) -> Path:
-    """Ticks of newly started guards in random states, many of them singular, and with random faults."""
+    """Ticks of new guards with random arm states, many of them singular, and with random faults."""
     made_of = f"{robot.name} {ticks} {seed}".encode() + configurations_of(robot)[0].block(numeric)
 
     def make() -> Recorder:
@@ -207,7 +207,7 @@ def record_random(robot: Robot, numeric: Numeric, ticks: int, seed: int) -> Path
 
 
 def configurations_of(robot: Robot) -> list[Configuration]:
-    """Both presets, wire formats, orders and torque samples, and a bank; soon settled."""
+    """Both presets, wire formats, orders and torque samples, and a bank. All settle quickly."""
     fd = {"wire": {"rate_hz": 1000, "format": "fd"}, "observer": {"gain_per_s": 500.0}}
     classic = {
         "wire": {"rate_hz": 250, "format": "classic"},
@@ -227,7 +227,7 @@ def configurations_of(robot: Robot) -> list[Configuration]:
 
 
 class RandomTicks:
-    """One robot on a bus where everything goes wrong now and then."""
+    """One robot on a bus where any fault occurs from time to time."""
 
     def __init__(self, robot: Robot, numeric: Numeric, recorder: Recorder, random: np.random.Generator) -> None:
         self._robot = robot
@@ -242,7 +242,7 @@ class RandomTicks:
         self._zero = np.array([float(joint.zero_rad) for joint in make_table(robot).joint[: robot.n]])
 
     def episode(self, most: int) -> None:
-        """From guard_init on, some 40 to 900 ticks: a first permission takes some 200."""
+        """About 40 to 900 ticks from guard_init on; the first permission comes after about 200."""
         random, recorder = self._random, self._recorder
         configuration = configurations_of(self._robot)[random.integers(3)]
         recorder.start(configuration.block(self._numeric))
@@ -309,7 +309,7 @@ class RandomTicks:
             self._push = self._random.choice([0.0, 3.0, 60.0]) * self._random.normal(size=self._robot.n)
 
     def _torque(self) -> np.ndarray:
-        """What this motion takes, if nothing pushes."""
+        """The torque of this motion without an external force."""
         terms = self._core.terms(self._q, self._qd)
         change = 0.0 if self._wild else (terms.momentum - self._momentum) / (self._period_us * 1e-6)
         self._momentum = terms.momentum
@@ -317,7 +317,7 @@ class RandomTicks:
         return np.clip(torque, -self._effort, self._effort)
 
     def _frames(self) -> list[can.Message]:
-        """One cycle's, with what goes wrong on their way."""
+        """The frames of one cycle, with random faults of the bus."""
         random, cycle, torque = self._random, self._cycle, self._torque()
         spoilt = self._happens(self._bad)
         status = int(random.integers(1, 4)) if self._happens(0.2 * self._bad) else 0
@@ -340,11 +340,11 @@ class RandomTicks:
         if self._happens(0.1):
             frames[2:] = [frames[i] for i in 2 + random.permutation(len(frames) - 2)]
         if spoilt:
-            self._spoil(frames)
+            self._damaged(frames)
         self._earlier = frames
         return frames
 
-    def _spoil(self, frames: list[can.Message]) -> None:
+    def _damaged(self, frames: list[can.Message]) -> None:
         """One of the faults of a bus: lost, repeated, delayed, damaged, or of another node."""
         random = self._random
         at = int(random.integers(len(frames)))

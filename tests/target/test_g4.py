@@ -1,5 +1,5 @@
-"""The stm32g4 image that ships, unmodified in an emulator: its answers are the library's, byte for byte, and move the
-simulated robot. Faults of its surroundings end in silence with the pin low."""
+"""The shipped stm32g4 image, unmodified in an emulator. Its answers equal those of the library byte for byte, and move
+the simulated robot. Faults of its hardware end in silence with the pin low."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ def board() -> Board:
 
 
 def ready(board: Board) -> Board:
-    """After its first tick."""
+    """The board after its first tick."""
     board.run()
     return board
 
@@ -57,8 +57,8 @@ def test_an_experiment_has_the_same_bytes_as_with_the_library(name: str, numeric
     assert (peer.board.faults, peer.board.resets) == (0, 0)
 
 
-def test_an_answer_that_differs_is_seen() -> None:
-    """By the comparison above: the library gets another tick time, which one page of GuardStatus carries."""
+def test_an_answer_that_differs_is_detected() -> None:
+    """The comparison can fail: the library gets another tick time, which one page of GuardStatus carries."""
     image, block = experiment("contact", "float")
     with LockstepBus("g4-differs") as bus:
         peer = EmulatedGuard(bus, Board(image), Twin(block))
@@ -68,7 +68,7 @@ def test_an_answer_that_differs_is_seen() -> None:
 
 
 def same_answers(peer: EmulatedGuard, cycles: range) -> bool:
-    """While no robot sends."""
+    """Whether both answers are equal in these cycles, without a robot."""
     same = True
     for cycle in cycles:
         peer.board.advance(1000 * cycle)
@@ -76,7 +76,7 @@ def same_answers(peer: EmulatedGuard, cycles: range) -> bool:
     return same
 
 
-def test_a_clock_that_stops_is_silence_and_the_watchdog_resets_the_board() -> None:
+def test_a_stopped_clock_causes_silence_and_the_watchdog_resets_the_board() -> None:
     board = ready(Board(experiment("contact", "float")[0]))
     board.timer_stands = True
     while board.resets == 0:
@@ -89,7 +89,7 @@ def test_a_clock_that_stops_is_silence_and_the_watchdog_resets_the_board() -> No
     assert any(line.startswith("start 3 restarts 1") for line in board.lines), board.lines
 
 
-def test_a_crystal_that_does_not_start_sends_nothing_and_keeps_the_pin_low() -> None:
+def test_without_its_crystal_the_board_sends_nothing_and_keeps_the_pin_low() -> None:
     board = Board(experiment("contact", "float")[0])
     board.rcc.crystal = False
     assert board.run() == []
@@ -100,7 +100,7 @@ def test_a_crystal_that_does_not_start_sends_nothing_and_keeps_the_pin_low() -> 
     assert board.resets == 1
 
 
-def test_an_exception_withdraws_the_pin_and_is_told_at_the_next_start() -> None:
+def test_an_exception_lowers_the_pin_and_is_reported_at_the_next_start() -> None:
     board = ready(Board(experiment("contact", "float")[0]))
     board.gpio.write(0x18, 1 << 8)
     board.core.reg_write(arm_const.UC_ARM_REG_PC, 0x60000001)  # no memory there
@@ -113,7 +113,7 @@ def test_an_exception_withdraws_the_pin_and_is_told_at_the_next_start() -> None:
     assert any("before this start: exception" in line for line in board.lines)
 
 
-def test_a_snapshot_brings_everything_back(board: Board) -> None:
+def test_a_snapshot_restores_the_complete_board(board: Board) -> None:
     board.run()
     board.advance(board.now_us + 1000)
     before = board.snapshot()

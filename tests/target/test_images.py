@@ -1,4 +1,4 @@
-"""`make firmware`: any board with any robot, and what is wrong said before anything is built; `tauperp version` on the
+"""`make firmware`: any board with any robot, and mistakes are reported before the build; `tauperp version` on the
 images, and GuardStatus of the guard in them."""
 
 import shutil
@@ -26,7 +26,7 @@ def image_of(name: str, *arguments: str) -> tuple[Path, Image]:
 
 @pytest.mark.parametrize("numeric", ["float", "fixed"])
 @pytest.mark.parametrize("board", rows("board"))
-def test_every_board_takes_every_robot(board: str, numeric: str) -> None:
+def test_every_board_works_with_every_robot(board: str, numeric: str) -> None:
     for robot in shipped():
         configuration = load_configuration("default", robot=robot)
         kind = "float32" if numeric == "float" else "q9.22"
@@ -45,10 +45,10 @@ def test_every_board_takes_every_robot(board: str, numeric: str) -> None:
         (["LOCKSTEP=1", "EMULATOR=1"], "lockstep", True),
     ],
 )
-def test_the_real_image_is_the_default_and_every_other_one_says_so(
+def test_the_product_image_is_the_default_and_any_other_states_its_purpose(
     flags: list[str], variant: str, in_memory: bool
 ) -> None:
-    """The emulator has no registers of pin and watchdog: for it there are words in memory."""
+    """The emulator has no registers for pin and watchdog. Its image uses words in memory instead."""
     place, image = image_of(f"variant-{variant}-{in_memory}", "BOARD=versal_r5", *flags)
     names = subprocess.run(["arm-none-eabi-nm", place], capture_output=True, text=True, check=True).stdout
     assert image.variant == variant
@@ -60,8 +60,8 @@ LINKED = ["boards/versal_r5/versal_r5.ld", "boards/versal_r5/startup.S", "boards
 
 
 @pytest.mark.parametrize("source", LINKED)
-def test_the_build_id_covers_whatever_is_linked(source: str, tmp_path: Path) -> None:
-    """A comment more is another build."""
+def test_the_build_id_covers_everything_that_is_linked(source: str, tmp_path: Path) -> None:
+    """An additional comment gives another build id."""
     shutil.copytree(ROOT / "firmware", tmp_path / "firmware")
     header = tmp_path / "build_id.h"
 
@@ -77,7 +77,7 @@ def test_the_build_id_covers_whatever_is_linked(source: str, tmp_path: Path) -> 
     assert build() != before
 
 
-def test_a_file_of_ones_own_becomes_an_image_of_its_name(tmp_path: Path) -> None:
+def test_a_users_configuration_becomes_an_image_with_its_name(tmp_path: Path) -> None:
     cell = tmp_path / "my_cell.toml"
     cell.write_text('robot = "panda"\npreset = "paper"\n[task.none]\nthreshold_nm = 1.7\n')
     make("firmware", "BOARD=stm32g4", f"CONFIG={cell}")
@@ -85,8 +85,8 @@ def test_a_file_of_ones_own_becomes_an_image_of_its_name(tmp_path: Path) -> None
     assert image.config_crc == f"{load_configuration(cell).crc():08x}"
 
 
-def test_what_an_image_says_of_itself_its_guard_says_on_the_bus() -> None:
-    """By the library, whose answers the image's are to the bit."""
+def test_an_image_and_its_guard_on_the_bus_state_the_same_identity() -> None:
+    """With the library, because the image's answers have the same bits."""
     _, image = image_of("said", "BOARD=versal_r5", "ROBOT=kinova3")
     configuration = load_configuration("default", robot="kinova3")
     guard, receiver = Guard(configuration.block()), Receiver(configuration.wire)
@@ -113,7 +113,7 @@ def test_what_an_image_says_of_itself_its_guard_says_on_the_bus() -> None:
         (["BLOCK=nowhere.bin"], "nowhere.bin: no such block"),
     ],
 )
-def test_what_is_not_there_is_said_in_one_line_before_anything_is_built(arguments: list[str], words: str) -> None:
+def test_an_unknown_name_gives_one_line_before_the_build(arguments: list[str], words: str) -> None:
     done = subprocess.run(
         ["make", "-C", str(ROOT), "--no-print-directory", "firmware", "IMAGE=build/target/never.elf", *arguments],
         capture_output=True,
@@ -143,8 +143,8 @@ def test_there_is_one_board_to_flash() -> None:
         ("st-flash", "write build/firmware/stm32g4-panda.bin 0x08000000"),
     ],
 )
-def test_an_image_is_flashed_by_the_tool_that_is_there(tool: str, words: str, tmp_path: Path) -> None:
-    """A tool that only says what it was asked for."""
+def test_an_image_is_flashed_by_the_installed_tool(tool: str, words: str, tmp_path: Path) -> None:
+    """With a tool that only prints its arguments."""
     stub = tmp_path / tool
     stub.write_text('#!/bin/sh\necho "asked: $*"\n')
     stub.chmod(0o755)

@@ -1,7 +1,7 @@
-"""Every emulated processor comes to the library's bits, in both numeric types: random ticks and both experiments.
+"""Every emulated processor produces the library's bits, in both numeric types: random ticks and both experiments.
 
 The library is the same sources built for x86-64 by another compiler at another level of optimisation. The controllers'
-images hear what it heard, and every tick compares state, verdict, residual, index and frames.
+images receive the same frames, and every tick compares state, verdict, residual, index and frames.
 """
 
 import struct
@@ -56,7 +56,7 @@ def play(target: str, numeric: Numeric, recording: Path) -> tuple[int, list[str]
 @pytest.mark.parametrize("target", ["m3", "m4f", "m7", "r5f"])
 @pytest.mark.parametrize("numeric", BUILDS)
 @pytest.mark.parametrize("name", RECORDINGS)
-def test_a_controller_comes_to_the_librarys_bits(name: str, numeric: Numeric, target: str) -> None:
+def test_a_controller_produces_the_librarys_bits(name: str, numeric: Numeric, target: str) -> None:
     print(f"seed {SEED}")
     recording = RECORDINGS[name](numeric)
     ticks = struct.unpack_from("<I", recording.read_bytes()[-16:], 4)[0]
@@ -70,7 +70,7 @@ def test_a_controller_comes_to_the_librarys_bits(name: str, numeric: Numeric, ta
 
 @pytest.mark.parametrize("target", ["m3", "r5f"])
 def test_a_difference_is_found_at_its_tick(target: str) -> None:
-    """The comparison can fail: one frame less, the CRCs behind it as they were."""
+    """The comparison can fail: one frame is missing, and the later CRCs are unchanged."""
     print(f"seed {SEED}")
     recorder = Recorder()
     source = RandomTicks(load("panda"), "float32", recorder, np.random.default_rng(SEED))

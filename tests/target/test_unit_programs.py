@@ -1,4 +1,4 @@
-"""Every unit test of the firmware passes on every emulated processor, in both numeric types: all that are written."""
+"""Every unit test of the firmware passes on every emulated processor, in both numeric types, and none is missing."""
 
 import pytest
 from checkout import ROOT
@@ -6,7 +6,7 @@ from emulator import built, run_to_end
 from unity_items import NUMERICS, VERDICT, WRITTEN
 
 pytestmark = pytest.mark.needs("qemu", "arm")
-# Models of boards and of their registers, and the Linux process: they run where these run.
+# Tests of board models, of their registers and of the Linux process run only on the host.
 HOST_ONLY = ("test_board_", "test_fdcan", "test_linux_")
 PROGRAMS = sorted(
     path.stem for path in (ROOT / "tests" / "unit").glob("test_*.c") if not path.stem.startswith(HOST_ONLY)

@@ -1,4 +1,4 @@
-"""What the processor does not expect ends in a stop: no permission, a record of it on the UART, nothing afterwards."""
+"""Every unexpected exception of the processor ends in a stop: no permission, a record on the UART, no further frame."""
 
 import time
 from pathlib import Path
@@ -27,7 +27,7 @@ def image_of(provocation: str) -> Path:
 
 
 @pytest.mark.parametrize(("provocation", "kind"), PROVOCATIONS.items())
-def test_an_exception_withdraws_the_permission_and_says_what_happened(provocation: str, kind: str) -> None:
+def test_an_exception_withdraws_the_permission_and_is_reported(provocation: str, kind: str) -> None:
     with Emulator(image_of(provocation)) as emulator:
         emulator.wait_for("provoked")
         fault = emulator.wait_for("fault:")
@@ -39,7 +39,7 @@ def test_an_exception_withdraws_the_permission_and_says_what_happened(provocatio
     assert not any("and continued" in line for line in lines)
 
 
-def test_a_fault_is_recorded_over_the_reset_and_told_once_afterwards(tmp_path: Path) -> None:
+def test_a_fault_is_kept_over_the_reset_and_reported_once(tmp_path: Path) -> None:
     with Emulator(image_of("undefined_instruction"), monitor=tmp_path / "monitor") as emulator:
         fault = emulator.wait_for("fault:")
         assert not any("before this start" in line for line in emulator.lines)
@@ -52,7 +52,7 @@ def test_a_fault_is_recorded_over_the_reset_and_told_once_afterwards(tmp_path: P
 
 
 def test_restarts_are_recognised_counted_and_limited(tmp_path: Path) -> None:
-    """A reset as by the watchdog leaves the memory; the count in it continues until it is too high."""
+    """A reset as by the watchdog leaves the memory; the count in it increases up to its limit."""
     block = load_configuration("default", robot="ku_dex").block()
     with Emulator(versal_image("restarts", block, lockstep=False), monitor=tmp_path / "monitor") as emulator:
         emulator.wait_for("start 1 restarts 0")
@@ -79,7 +79,7 @@ def test_a_stack_overflow_is_caught_in_the_guard_below_the_stack() -> None:
 
 
 def test_a_tick_over_its_budget_by_the_boards_own_clock_is_a_fault() -> None:
-    """A budget of a microsecond, and no robot: even an idle tick takes longer. One of half a millisecond is enough."""
+    """Without a robot. Even an idle tick exceeds a budget of 1 us, and stays within one of 0.5 ms."""
     for budget_us, state in ((1, "state 5 reason 14"), (500, "state 2 reason 3")):
         overrides = {"deadline": {"tick_budget_us": budget_us}}
         block = load_configuration("default", robot="ku_dex", overrides=overrides).block()

@@ -1,8 +1,8 @@
-"""The firmware on the emulated Cortex-R5F, on a real SocketCAN bus against the simulated robot: it says byte for byte
-what the library says.
+"""The firmware on the emulated Cortex-R5F, on a real SocketCAN bus against the simulated robot: its answers equal
+those of the library byte for byte.
 
-Both hear the same frames, and only the target's answers move the robot. So when all answers are equal, this run is the
-run that the library alone would have made, stop for stop and cycle for cycle.
+Both receive the same frames, and only the target's answers move the robot. So if all answers are equal, this run is the
+run of the library alone, with the same stops in the same cycles.
 """
 
 import os
@@ -23,8 +23,8 @@ pytestmark = pytest.mark.needs("qemu", "arm")
 CHANNEL = "vcan0"
 FROM_GUARD = (0x010, 0x200, 0x201)
 ANSWER_TIMEOUT_S = 60.0
-# Where CI=true, all but one of these runs end after so many cycles: all four complete take the better part of half an
-# hour. The one that stays complete has both collisions of the contact experiment in it.
+# With CI=true all but one of these runs end after SLICE_CYCLES, because four complete runs take almost half an hour.
+# The complete run contains both collisions of the contact experiment.
 COMPLETE_IN_CI = ("contact", "float32")
 SLICE_CYCLES = 2000
 
@@ -36,36 +36,36 @@ def answer_of(frame: can.Message) -> Answer:
 
 
 class Enough(Exception):
-    """The slice has run."""
+    """The limit of cycles was reached."""
 
 
 class ComparedGuard:
-    """The guard behind a SocketCAN interface beside the library's: each must give the other's answers.
+    """The guard on a SocketCAN interface and the library's guard: both must give the same answers.
 
-    Raises Enough after `cycles` of them.
+    Raises Enough after `cycles` cycles.
     """
 
     remote = True
     verdict: Verdict | None = None
 
-    def __init__(self, ear: can.BusABC, library: Guard, cycles: int | None) -> None:
+    def __init__(self, bus: can.BusABC, library: Guard, cycles: int | None) -> None:
         self.cycles = 0
         self._limit = cycles
-        self._ear = ear
+        self._bus = bus
         self._library = library
 
     def turn(self, now_us: int) -> None:
-        heard: list[Answer] = []
+        answers: list[Answer] = []
         deadline = time.monotonic() + ANSWER_TIMEOUT_S
-        while len(heard) < 2:  # StopCommand and one more
-            frame = self._ear.recv(timeout=max(0.0, deadline - time.monotonic()))
+        while len(answers) < 2:  # StopCommand and one more
+            frame = self._bus.recv(timeout=max(0.0, deadline - time.monotonic()))
             assert frame is not None, f"no answer to the cycle at {now_us} us"
             if frame.arbitration_id in FROM_GUARD:
-                heard.append(answer_of(frame))
+                answers.append(answer_of(frame))
             else:
                 self._library.receive(frame, now_us)
         expected = [answer_of(frame) for frame in self._library.tick(now_us).frames]
-        assert heard == expected, f"at {now_us} us"
+        assert answers == expected, f"at {now_us} us"
         self.cycles += 1
         if self.cycles == self._limit:
             raise Enough
@@ -106,7 +106,7 @@ def test_a_stop_command_of_another_guard_gets_through_the_filters_and_stops_it()
     sender = Sender(Wire.read(), fd=True)
     with Emulator(image, CHANNEL) as emulator, open_bus(interface="socketcan", channel=CHANNEL, fd=True) as robot:
         emulator.wait_for("on the bus")
-        for cycle in range(6):  # each Sync is the tick of the cycle before
+        for cycle in range(6):  # each Sync causes the tick of the previous cycle
             robot.send(sender.frame("Sync", {"Cycle": cycle}, cycle=cycle))
             if cycle == 3:
                 robot.send(can.Message(arbitration_id=0x010, is_extended_id=False, is_fd=True, data=bytes(8)))

@@ -1,7 +1,7 @@
 """The most instructions that a target may take: docs/guard.md has the same table.
 
-By emulated processor and build: (one cycle of seven or eight joints from the first frame in to the last frame out,
-whatever comes on the wire; one projection of 8 x 6 numbers on any bits at all).
+For each emulated processor and build: (one cycle of seven or eight joints, from its first received to its last sent
+frame, with any frames; one projection of 8 x 6 numbers with any bits).
 """
 
 LIMITS = {

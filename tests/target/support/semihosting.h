@@ -1,7 +1,7 @@
 /* semihosting: text and an exit code for an image that runs under a debugger or QEMU, on Cortex-M and Cortex-R.
  *
  * The interface is Arm's "Semihosting for AArch32 and AArch64" (release 2.0). Without a debugger a call is a fault on
- * Cortex-M and an SVC exception on Cortex-R: no image that ships may link this.
+ * Cortex-M and an SVC exception on Cortex-R: no shipped image may link this.
  */
 #ifndef TAUPERP_SEMIHOSTING_H
 #define TAUPERP_SEMIHOSTING_H

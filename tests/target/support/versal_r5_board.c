@@ -1,4 +1,4 @@
-/* Board functions for the Versal's fault handler, for images that end by themselves: a fault ends them, too. */
+/* Board functions for the Versal's fault handler, in images that end by themselves: a fault ends them too. */
 #include "board.h"
 #include "semihosting.h"
 
