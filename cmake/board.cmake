@@ -1,4 +1,4 @@
-# An image for a board of the table: `make firmware` says all of these.
+# An image for a board of the table: `make firmware` sets all of these variables.
 set(TAUPERP_NUMERIC float CACHE STRING "float or fixed")
 set(TAUPERP_CHANNELS 2 CACHE STRING "2 channels, of which the first is float, or 1")
 set(TAUPERP_BLOCK "" CACHE FILEPATH "The configuration block, as `tauperp config -o` writes it")
@@ -30,7 +30,7 @@ if(TAUPERP_CHANNELS EQUAL 2)
     set(second_objects $<TARGET_OBJECTS:second>)
 endif()
 
-# What differs between images of the same objects: the block, and what the image says of itself.
+# Parts that differ between images of the same objects: the block and the identity.
 add_library(identity OBJECT EXCLUDE_FROM_ALL "${common}/config.S" "${common}/identity.c")
 target_link_libraries(identity PRIVATE settings-${TAUPERP_NUMERIC})
 target_include_directories(identity PRIVATE "${common}")

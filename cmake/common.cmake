@@ -1,5 +1,5 @@
-# What the builds for the host and for controllers have in common.
-add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=") # what a file says of itself is its place in the checkout
+# Common parts of the builds for the host and for controllers.
+add_compile_options("-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=") # __FILE__ is the path in the checkout
 set(NUMERICS float fixed)
 set(definition_float "")
 set(definition_fixed TAUPERP_FIXED=1 TAUPERP_CHANNELS=1) # a build in Q9.22 has no second channel
@@ -18,14 +18,14 @@ add_custom_command(
     WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}" VERBATIM)
 add_custom_target(unity DEPENDS "${unity}/unity.c" "${unity}/unity.h")
 
-# tauperp_object_library(NAME SETTINGS SOURCE...): objects that are built only where something asks for them.
+# tauperp_object_library(NAME SETTINGS SOURCE...): objects that are built only where a target needs them.
 function(tauperp_object_library name settings)
     add_library(${name} OBJECT EXCLUDE_FROM_ALL ${ARGN})
     target_link_libraries(${name} PRIVATE ${settings})
     add_dependencies(${name} tauperp_build_id)
 endfunction()
 
-# The second channel: the same sources once more, with its own numbers, projection and prefix (firmware/pair/second.h).
+# The second channel: the same sources again, with another numeric type, projection and prefix (firmware/pair/second.h).
 set(pair_source "${TAUPERP_FIRMWARE}/pair/pair.c")
 set(second_sources ${TAUPERP_SOURCES} "${TAUPERP_FIRMWARE}/pair/second.c")
 list(FILTER second_sources EXCLUDE REGEX "/firmware/schedule/")

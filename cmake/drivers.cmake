@@ -1,5 +1,5 @@
-# What tests and measurements drive the SocketCAN process with: tests/bus/peer.c on a bus, tests/bus/soak*.c without one.
-# And the example of a robot's controller.
+# Programs that drive the SocketCAN process in tests and measurements: tests/bus/peer.c on a bus, tests/bus/soak*.c without
+# one. Also the example of a robot's controller.
 set(bus "${PROJECT_SOURCE_DIR}/tests/bus")
 file(GLOB soak_sources CONFIGURE_DEPENDS "${bus}/soak*.c")
 set(wire_objects "$<FILTER:$<TARGET_OBJECTS:rooms-float>,INCLUDE,firmware/wire/>")
@@ -16,7 +16,7 @@ foreach(program bus-peer bus-soak controller)
 endforeach()
 add_dependencies(bus-peer rooms-float)
 
-# Faults put into the library's guard.
+# Fault injection into the library's guard.
 file(GLOB fault_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/faults/*.c")
 tauperp_program(faults "" faults ${fault_sources} $<TARGET_OBJECTS:library-objects-float> ${second_float})
 target_link_libraries(faults PRIVATE host-float)
@@ -25,7 +25,7 @@ target_compile_definitions(faults PRIVATE _GNU_SOURCE)
 set_target_properties(faults PROPERTIES EXCLUDE_FROM_ALL ON)
 add_dependencies(faults tauperp_build_id)
 
-# The blocks that the bench's images hold.
+# The blocks for the images of the bench.
 file(GLOB block_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/host/tauperp/robot/*.py"
     "${PROJECT_SOURCE_DIR}/host/tauperp/robot/models/*" "${PROJECT_SOURCE_DIR}/host/tauperp/config/*.py"
     "${PROJECT_SOURCE_DIR}/host/tauperp/presets/*")

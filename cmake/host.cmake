@@ -1,12 +1,12 @@
 # For this machine: the shared libraries and their declarations for cffi, the kernel of `tauperp campaign`, the SocketCAN
-# process and what drives it in tests, and the unit tests. Each preset has its compiler and builds what it is asked for.
-set(TAUPERP_OUTPUT "${CMAKE_BINARY_DIR}/python" CACHE PATH "Where libraries and programs go")
-set(TAUPERP_UNIT_OUTPUT "${TAUPERP_OUTPUT}/unit" CACHE PATH "Where unit tests go")
+# process and its test drivers, and the unit tests. Each preset has its compiler and builds the requested targets.
+set(TAUPERP_OUTPUT "${CMAKE_BINARY_DIR}/python" CACHE PATH "Folder of libraries and programs")
+set(TAUPERP_UNIT_OUTPUT "${TAUPERP_OUTPUT}/unit" CACHE PATH "Folder of unit tests")
 option(TAUPERP_STRICT "Every warning is an error" OFF)
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_C_FLAGS)
     set(CMAKE_BUILD_TYPE Release)
 endif()
-set(CMAKE_C_FLAGS_RELEASE "-O2") # asserts of the firmware are static ones
+set(CMAKE_C_FLAGS_RELEASE "-O2") # NDEBUG is not needed: the firmware has static asserts only
 
 set(hosts "${TAUPERP_FIRMWARE}/hosts")
 set(library_includes "${hosts}/library" "${TAUPERP_FIRMWARE}/robot_side")
@@ -90,8 +90,8 @@ function(tauperp_library numeric)
     target_include_directories(strict-${numeric} SYSTEM PRIVATE ${mujoco})
 endfunction()
 
-# Each tests/unit/test_*.c is one Unity program, linked with the whole firmware. Code of a board that a unit test reaches
-# is included by that test itself.
+# Each tests/unit/test_*.c is one Unity program, linked with the whole firmware. A unit test includes the board code that it
+# tests.
 function(tauperp_unit_programs numeric)
     tauperp_object_library(unit-objects-${numeric} host-${numeric} ${robot_sources} ${library_sources} ${pair_source})
     target_include_directories(unit-objects-${numeric} PRIVATE ${library_includes})
@@ -119,7 +119,7 @@ function(tauperp_host_settings numeric)
     target_compile_options(host-${numeric} INTERFACE "$<IF:$<BOOL:${TAUPERP_STRICT}>,${STRICT},-Wall;-Wextra>")
 endfunction()
 
-# Two channels are where the first one is in float32.
+# A build with two channels has the first one in float32.
 tauperp_host_settings(second)
 tauperp_object_library(second-objects host-second ${second_sources})
 set_target_properties(second-objects PROPERTIES POSITION_INDEPENDENT_CODE ON)
@@ -139,12 +139,12 @@ foreach(numeric IN LISTS NUMERICS)
     endif()
     tauperp_unit_programs(${numeric})
 endforeach()
-if(TARGET strict-float) # where MuJoCo's headers are
+if(TARGET strict-float) # only with MuJoCo's headers
     tauperp_object_library(strict-second host-second ${second_sources})
     add_dependencies(strict-float strict-second)
 endif()
 
-# The smallest example sees the public header, which has the name of the host library's.
+# The smallest example includes the public header, which has the same name as the header of the host library.
 set_source_files_properties("${TAUPERP_FIRMWARE}/examples/minimal/minimal.c" PROPERTIES
     INCLUDE_DIRECTORIES "${TAUPERP_FIRMWARE}/api")
 
@@ -156,7 +156,7 @@ if(TARGET guard)
 endif()
 install(FILES dbc/tauperp.dbc DESTINATION tauperp/native COMPONENT python)
 
-# What a checkout has and a source distribution has not.
+# Parts that only a checkout has, not a source distribution.
 if(EXISTS "${PROJECT_SOURCE_DIR}/tests" AND TARGET guard)
     include(cmake/drivers.cmake)
     file(MAKE_DIRECTORY "${TAUPERP_OUTPUT}")

@@ -1,25 +1,25 @@
 # How an image for a controller is compiled and linked.
 #
-# No errno: a square root is an instruction where there is one. Sections: what is not used is not linked.
+# -fno-math-errno: a square root is one instruction where the processor has it. Sections: unused code is not linked.
 set(IMAGE_OPTIONS -g -ffreestanding -fno-math-errno -ffunction-sections -fdata-sections -fno-common)
 set(IMAGE_LINK -nostartfiles -static -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--build-id=sha1 --specs=nano.specs)
 set(IMAGE_DEFINITIONS TAUPERP_EMULATOR)
 set(IMAGE_LIBRARIES -Wl,--start-group -lc -lm -lgcc -Wl,--end-group)
 
-# What ships is small, but for the projection in float: its loops along a column are worth the flash that unrolling takes.
-# Not on the M3, which has no floating point: each product is a call there. What only tests and counts is not the firmware.
+# Shipped code is optimised for size, except the projection in float: unrolling its loops along a column gains much time.
+# On the M3 it gains nothing, because each product is a call there. Code for tests and counts only has other options.
 set_source_files_properties("${TAUPERP_FIRMWARE}/core/soft.c" PROPERTIES
     COMPILE_OPTIONS "$<$<BOOL:$<TARGET_PROPERTY:FAST_PROJECTION>>:-O3>")
 set_source_files_properties("${TAUPERP_FIRMWARE}/core/bidiagonal.c" PROPERTIES
     COMPILE_OPTIONS "$<$<BOOL:$<TARGET_PROPERTY:FAST_PROJECTION>>:-O2>")
-# The second channel's rotations are most of its tick.
+# The rotations take most of the second channel's tick.
 set_source_files_properties("${TAUPERP_FIRMWARE}/core/jacobi.c" PROPERTIES COMPILE_OPTIONS -O3)
 file(GLOB only_counts CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/target/*.c"
     "${PROJECT_SOURCE_DIR}/tests/target/support/*.c" "${PROJECT_SOURCE_DIR}/tools/bench/*.c")
 list(FILTER only_counts EXCLUDE REGEX "/bench/(peer_.*|agree)\\.c$")
 set_source_files_properties(${only_counts} PROPERTIES COMPILE_OPTIONS -O2)
 
-# tauperp_image_objects(NAME NUMERIC JOINTS SOURCE...): for a robot with so many joints at most. The longest arm has 8.
+# tauperp_image_objects(NAME NUMERIC JOINTS SOURCE...): for a robot with at most JOINTS joints. The longest arm has 8.
 function(tauperp_image_objects name numeric joints)
     tauperp_object_library(${name} settings-${numeric} ${ARGN})
     target_compile_definitions(${name} PRIVATE ROBOT_JOINTS=${joints}u ${IMAGE_DEFINITIONS})

@@ -4,7 +4,7 @@ include(cmake/image.cmake)
 set(support "${PROJECT_SOURCE_DIR}/tests/target/support")
 set(boards "${TAUPERP_FIRMWARE}/boards")
 
-# What starts a processor when it runs in QEMU, what counts its instructions, and by which linker script it is linked.
+# Start-up code, instruction counter and linker script of a processor in QEMU.
 if(TAUPERP_START STREQUAL "cortex_m")
     set(linker_script "${support}/cortex_m.ld")
     set(start_sources "${support}/cortex_m_startup.c")
@@ -16,7 +16,7 @@ else()
     set(counter_sources "${boards}/versal_r5/pmu.c" "${support}/versal_r5_counter.c")
 endif()
 
-# Models of boards and of their registers, and the Linux process: they run where these run.
+# Tests of board models, of their registers and of the Linux process run only on the host.
 set(target_tests ${unit_tests})
 list(FILTER target_tests EXCLUDE REGEX "/test_(board_.*|fdcan|linux_.*)\\.c$")
 

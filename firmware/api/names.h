@@ -2,7 +2,7 @@
  *
  * The build includes this header before every file (-include names.h) of a library that other programs link. float32,
  * Q9.22 and the second channel (pair.h) get different prefixes, so that these builds of the same sources fit into one
- * program. tests/host hold that no external symbol is left without a prefix.
+ * program. A test in tests/host fails if an external symbol has no prefix.
  */
 #ifndef TAUPERP_NAMES_H
 #define TAUPERP_NAMES_H

@@ -107,7 +107,7 @@ class Task(enum.IntEnum):
 
 
 class ReasonClass(enum.IntEnum):
-    """What kind of thing a reason is: reason_class_t."""
+    """Class of a reason: reason_class_t."""
 
     UNKNOWN = 0
     WAITING = 1

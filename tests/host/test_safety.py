@@ -33,7 +33,7 @@ def test_no_requirement_has_a_gap_and_the_pages_are_current() -> None:
         ({"code": ["firmware/guard/guard.c:no_such_function"]}, "guard.c:no_such_function does not exist"),
         ({"code": ["firmware/guard/nowhere.c:guard_tick"]}, "nowhere.c:guard_tick does not exist"),
         ({"reasons": []}, "reason NONE: no requirement"),
-        ({"reasons": ["NOWHERE"]}, "reason NOWHERE: not of the DBC"),
+        ({"reasons": ["NOWHERE"]}, "reason NOWHERE: not in the DBC"),
     ],
 )
 def test_a_planted_gap_is_found(change: dict[str, list[str]], said: str) -> None:

@@ -99,7 +99,7 @@ def test_a_missing_file_is_reported_and_then_written(
         ("BO_ 16 StopCommand", "BO_ 33 StopCommand", "Sync has the highest priority of the bus"),
         ("Stopped: Collision ", "Stopped: ", "Collision has no class"),
         ("Stopped: Collision ", "Stopped: Collision BusOff ", "BusOff has two classes"),
-        ("Stopped: Collision ", "Stopped: Collision Sneeze ", "Sneeze, which is no reason"),
+        ("Stopped: Collision ", "Stopped: Collision Sneeze ", "Sneeze, which is not a reason"),
         ("Stopped: Collision ", "Halted: Collision ", "'Halted', not one of"),
         (' 6 "Collision"', ' 66 "Collision"', "must count from 0 without a gap"),
         (" Timing Start", " Timing", "PageNames has 7 names for 8 pages"),

@@ -72,7 +72,7 @@ def same_answers(peer: EmulatedGuard, cycles: range) -> bool:
     same = True
     for cycle in cycles:
         peer.board.advance(1000 * cycle)
-        same = same and peer.board.run() == peer.twin.hear([], 1000 * cycle)
+        same = same and peer.board.run() == peer.twin.receive([], 1000 * cycle)
     return same
 
 

@@ -40,7 +40,7 @@ static void compare(agreement_t *self, const float ours[], const float theirs[],
     for (uint32_t i = 0; i < count; ++i) {
         size = num_max(size, num_abs(size_of[i]));
         const float difference = num_abs(ours[i] - theirs[i]);
-        off = (difference <= off) ? off : difference; /* so that NaN shows */
+        off = (difference <= off) ? off : difference; /* so that NaN is reported */
     }
     const float relative = off / size;
     self->worst = (relative <= self->worst) ? self->worst : relative;

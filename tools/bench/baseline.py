@@ -1,17 +1,17 @@
-"""Counts against the committed ones. Counts are exact and repeat, so a growth of more than 1 % is not noise."""
+"""Comparison of counts with the committed ones. Counts are exact and repeatable: a growth of more than 1 % is real."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 LIMIT = 1.01
-UNJUDGED = ("permitted_ticks", "rank_deficient")  # of the states, not of the code
+UNJUDGED = ("permitted_ticks", "rank_deficient")  # these depend on the states, not on the code
 
 Counts = dict[str, Any]
 
 
 def system() -> str:
-    """Distribution and release, which settle the compilers' versions."""
+    """Distribution and release, which determine the compilers' versions."""
     try:
         lines = Path("/etc/os-release").read_text().splitlines()
     except OSError:
@@ -21,7 +21,7 @@ def system() -> str:
 
 
 def grown(now: Counts, before: Counts, place: str) -> list[str]:
-    """Every number that is above LIMIT times the baseline's or is not there any more, with its place."""
+    """Every number above LIMIT times the baseline's and every missing one, with its place."""
     found: list[str] = []
     for key, old in before.items():
         where = f"{place}.{key}"
@@ -49,8 +49,8 @@ class Verdict:
 def judge(results: Counts, compilers: dict[str, str], baseline: Counts, here: str) -> Verdict:
     """results: {target: {numeric: counts, ...}}; baseline: that and {"about": {"system", "compilers"}}.
 
-    A target that another compiler built is not compared, and that is said; on the baseline's own system, where the
-    release settles the version, it is a failure of the baseline, not optional.
+    A target that another compiler built is not compared, and this is reported. On the baseline's own system, where the
+    release determines the version, it is a failure of the baseline, not optional.
     """
     verdict = Verdict()
     about = baseline["about"]

@@ -1,7 +1,7 @@
 # Instruction counts: build/bench/TARGET-NUMERIC-O2-PROGRAM.elf, run in QEMU, on the host under Valgrind.
 #
-# Everything is compiled for as many joints as the robot has whose block is linked: build/block/NUMERIC/ku_dex.bin, which
-# the preset host makes.
+# Everything is compiled for the number of joints of the linked block's robot. The preset host makes the block,
+# build/block/NUMERIC/ku_dex.bin.
 set(bench "${PROJECT_SOURCE_DIR}/tools/bench")
 set(BENCH_ROBOT ku_dex)
 set(BENCH_JOINTS 7)
@@ -13,8 +13,8 @@ if(TAUPERP_TARGET)
     set(bench_target ${TAUPERP_TARGET})
     set(bench_board ${start_sources} ${counter_sources} "${support}/semihosting.c")
 else()
-    # The host, compiled as the controllers are: no red zone, so that a frame is as large as gcc says, and nothing that one
-    # distribution adds and another does not. Without symbols Callgrind is twice as fast.
+    # The host is compiled like the controllers: without a red zone, so that gcc reports the true size of a frame, and
+    # without the additional options of some distributions. Without symbols Callgrind is twice as fast.
     enable_language(ASM)
     include(cmake/image.cmake)
     set(bench_target host)
@@ -67,7 +67,7 @@ foreach(numeric IN LISTS NUMERICS)
             $<TARGET_OBJECTS:bench-memory-${numeric}> $<TARGET_OBJECTS:bench-board-${numeric}>
             $<TARGET_OBJECTS:bench-${program}-${numeric}>)
         add_dependencies(bench-images-${bench_target}-${numeric} bench-${program}-image-${numeric})
-        # For its size: nothing of the host's own is linked.
+        # Only the size matters: nothing of the host is linked.
         if(program STREQUAL "image" AND bench_target STREQUAL "host")
             target_link_options(bench-image-image-${numeric} PRIVATE -static -nostdlib -Wl,-e,main)
         endif()
@@ -75,7 +75,7 @@ foreach(numeric IN LISTS NUMERICS)
 endforeach()
 set_source_files_properties("${TAUPERP_FIRMWARE}/boards/common/config.S" PROPERTIES OBJECT_DEPENDS "${blocks}")
 
-option(TAUPERP_PEERS "What one would take instead of ours, too: takes minutes to compile" OFF)
+option(TAUPERP_PEERS "Also build the peers, which takes minutes" OFF)
 if(TAUPERP_PEERS)
     include(tools/bench/peers.cmake)
 endif()

@@ -9,7 +9,7 @@ The JSON:
       NUMERIC                     float fixed
         CASE                      none payload contact guard_tick
           mean worst              instructions
-          states rank_deficient   how many were counted, and at how many of them the basis had a lower rank
+          states rank_deficient   number of counted states, and of those with a basis of lower rank
           stages                  {STAGE: {mean, worst}}
         flash_bytes guard_bytes stack_bytes painted_stack_bytes permitted_ticks
       flash_bytes guard_bytes stack_bytes      the float's
@@ -21,8 +21,8 @@ The JSON:
           agreement               {PEER: {QUANTITY: {states, ppm}}}, its largest difference from ours
     about                         optimisation, system, compilers
 
-A peer's guard_tick is our guard around its computation: nobody else's has the frames. With a baseline every number of
-ours is compared with it (baseline.py), and the exit code is 1 if one has grown.
+A peer's guard_tick is our guard around the peer's computation, because no peer has frames of its own. With a baseline
+each of our numbers is compared with it (baseline.py), and the exit code is 1 if one has grown.
 """
 
 import argparse
@@ -42,11 +42,11 @@ from table import table
 def count_all(
     runs: list[tuple[str, str]], peers: list[Peer], opt: str, joints: int, jobs: int
 ) -> tuple[Counts, Counts]:
-    """Ours and the peers', several programs at a time: an instruction count does not mind."""
+    """Our counts and the peers'. Several programs run at a time, because this does not change instruction counts."""
     targets = list(dict.fromkeys(peer.target for peer in peers))
     levels = list(dict.fromkeys((peer.target, peer.name[peer.name.rindex("-") :]) for peer in peers))
     with ThreadPoolExecutor(jobs) as pool:
-        # The longest first. An agreement that fails stops before anything is shown.
+        # The longest first. An agreement that fails ends the program before it prints anything.
         theirs = {peer: pool.submit(images.count_peer, peer) for peer in peers}
         agreed = {run: pool.submit(images.agreement, *run) for run in levels}
         ours = {run: pool.submit(images.count, *run, opt, joints) for run in runs}
@@ -62,7 +62,7 @@ def count_all(
                     found = agreed[run, level].result()
                     agreement.update({name + level: quantities for name, quantities in found.items()})
             others[target] = {"float": {**images.best_of(counted), "agreement": agreement}}
-    for numerics in results.values():  # the numbers of the type that ships
+    for numerics in results.values():  # peers exist in float only
         shipped = numerics.get("float") or next(iter(numerics.values()))
         numerics.update({key: shipped[key] for key in images.SIZES})
     return results, others
@@ -72,9 +72,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("images", nargs="+", metavar="TARGET:NUMERIC")
     parser.add_argument("--opt", default="-O2")
-    parser.add_argument("--joints", type=int, default=7, help="how many joints the images are built for")
+    parser.add_argument("--joints", type=int, default=7, help="number of joints for which the images are built")
     parser.add_argument("--json", type=Path)
-    parser.add_argument("--peers", nargs="*", default=[], metavar="TARGET:PEER", help="what one would take instead")
+    parser.add_argument(
+        "--peers", nargs="*", default=[], metavar="TARGET:PEER", help="peer: an alternative to our core"
+    )
     parser.add_argument("--baseline", type=Path)
     parser.add_argument("--write-baseline", action="store_true")
     parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1))

@@ -1,8 +1,8 @@
 /* guard: the instructions of a whole cycle (frames in, tick, answers out), its stack use, and its memory.
  *
- * Each random state starts a guard that permits motion, and moves on for CYCLES cycles with the torque of this motion.
- * The guard thus permits it, as on most of its ticks. MEASURED cycles are counted. In the others, among them the first
- * and the last, the stack is painted and inspected. Tasks alternate.
+ * Each random state starts a guard that permits motion. The arm then moves for CYCLES cycles with the torque of this
+ * motion, so that the guard permits it, as in most ticks. MEASURED cycles are counted. In the others, among them the
+ * first and the last, the stack is painted and inspected. Tasks alternate.
  */
 #include "guard.h"
 

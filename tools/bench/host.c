@@ -24,14 +24,14 @@ static _Noreturn void give_up(const char *why) {
 
 void counter_init(void) {
     const char *const path = getenv("BENCH_DUMPS"); /* where Callgrind appends */
-    CALLGRIND_DUMP_STATS;                           /* so that the file is there */
+    CALLGRIND_DUMP_STATS;                           /* so that the file exists */
     dumps = (path != 0) ? open(path, O_RDWR) : -1;
     if (dumps < 0) {
         give_up("not under callgrind, or BENCH_DUMPS does not name its file\n");
     }
 }
 
-/* "totals: N" at the end of the file. The file is truncated, or it would grow by a gigabyte. */
+/* "totals: N" at the end of the file. The file is truncated, because it would otherwise grow by a gigabyte. */
 static uint32_t last_total(void) {
     char tail[TAIL_BYTES + 1u] = {0};
     const off_t end = lseek(dumps, 0, SEEK_END);

@@ -15,7 +15,7 @@ BUILD = ROOT / "build"
 CASES = ("none", "payload", "contact", "guard_tick")
 SIZES = ("flash_bytes", "guard_bytes", "stack_bytes")
 ROOTS = ("guard_init", "guard_receive", "guard_tick", "guard_note_tick_time", "guard_trip", "guard_cycle_complete")
-AGREEMENT_PPM = 1000  # between ours and a peer, relative to the largest entry
+AGREEMENT_PPM = 1000  # allowed difference between ours and a peer, relative to the largest entry
 TIMEOUT_S = 1800
 
 Counts = dict[str, Any]
@@ -29,14 +29,14 @@ def tool(target: str, name: str) -> str:
 
 
 def compiler(target: str) -> str:
-    """What compiled for the target, with its version: other versions count other instructions."""
+    """The compiler of the target with its version: other versions give other counts."""
     command = [*tool(target, "gcc").split(), "--version"]
     line = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[0]
     return line if target != "host" else f"{line} for {os.uname().machine}"
 
 
 def lines_of(target: str, image: Path, counted: bool = True) -> list[list[str]]:
-    """The lines that a program printed, split into words. Raises RuntimeError if it did not end well."""
+    """The lines that a program printed, split into words. Raises RuntimeError if it failed."""
     environment = dict(os.environ)
     with tempfile.TemporaryDirectory(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None) as folder:
         command = [str(ROOT / "tools" / "qemu-run"), target, str(image)]
@@ -46,7 +46,7 @@ def lines_of(target: str, image: Path, counted: bool = True) -> list[list[str]]:
                 dumps = environment["BENCH_DUMPS"] = f"{folder}/dumps"
                 options = ["--combine-dumps=yes", "--dump-line=no", f"--callgrind-out-file={dumps}"]
                 command = ["valgrind", "--quiet", f"--log-file={folder}/log", "--tool=callgrind", *options, str(image)]
-        # QEMU prints what comes by semihosting to stderr.
+        # QEMU prints the semihosting output on stderr.
         done = subprocess.run(
             command,
             stdout=subprocess.PIPE,
@@ -88,7 +88,7 @@ def flash_bytes(target: str, image: Path) -> int:
 
 
 def stack_bytes(target: str, numeric: str, opt: str, joints: int) -> int:
-    """The most that any call of the guard takes, by gcc's call graphs; libgcc's helpers by their code."""
+    """Largest stack of any call of the guard, from gcc's call graphs and from the code of libgcc's helpers."""
     image = f"{BUILD}/bench/{target}-{numeric}{opt}-guard.elf"
 
     def text(name: str, *options: str) -> str:
@@ -98,7 +98,7 @@ def stack_bytes(target: str, numeric: str, opt: str, joints: int) -> int:
 
     def library(name: str) -> int:
         if target == "host":
-            raise ValueError(f"the firmware calls {name}, of which there is no call graph")
+            raise ValueError(f"the firmware calls {name}, which has no call graph")
         return bound(functions, name)
 
     graphs = f"bench-*-{numeric}.dir/firmware/**/*.ci"
@@ -134,7 +134,7 @@ def count_peer(peer: Peer) -> Counts:
 
 
 def read_agreement(lines: list[list[str]]) -> Counts:
-    """{PEER: {QUANTITY: {states, ppm}}}. Raises RuntimeError where a peer computes something else than we do."""
+    """{PEER: {QUANTITY: {states, ppm}}}. Raises RuntimeError where a peer's result differs from ours."""
     result: Counts = {}
     for _, peer, quantity, states, ppm in lines:
         if int(ppm) > AGREEMENT_PPM or int(states) == 0:
@@ -150,7 +150,7 @@ def agreement(target: str, level: str) -> Counts:
 
 
 def best_of(peers: dict[str, Counts]) -> Counts:
-    """Per case the peer with the lowest mean, under `peer` its name, under `each` all of them."""
+    """For each case the peer with the lowest mean; `peer` is its name, and `each` has all of them."""
     result: Counts = {}
     for case in CASES:
         each = {name: counts[case] for name, counts in peers.items()}

@@ -1,7 +1,7 @@
-"""Stack of functions that gcc wrote no call graph of (libgcc, newlib), by the instructions of the linked program.
+"""Stack of functions without a call graph by gcc (libgcc, newlib), from the instructions of the linked program.
 
-A bound, not a figure: everything that any reachable function subtracts from the stack pointer, each function once. It
-holds as long as no library function calls itself, which none of an integer or float helper does.
+This is an upper bound: the sum of all that each reachable function subtracts from the stack pointer, each function
+once. It is valid if no library function is recursive. No integer or float helper is.
 """
 
 import re
@@ -15,7 +15,7 @@ _REGISTERS = re.compile(r"\{([^}]*)\}")
 _SUBTRACT = re.compile(r"^sp, (?:sp, )?#(\d+)")
 _PRE_INDEXED = re.compile(r"\[sp, #-(\d+)\]!")
 _WRITES_SP = re.compile(r"^sp\b|\bsp!|\[sp, [^\]]*\]!")
-# What gives stack back or moves nothing.
+# Instructions that release stack or do not change the stack pointer.
 _RELEASES = re.compile(r"^(pop|vpop|ldm|ldmia|ldmfd|vldmia|add|cmp|cmn|tst)(\.[nw])?$|^(add|pop|ldm\w*)\w{2}$")
 _RETURNS = re.compile(r"^(b|bx|b\.n|b\.w|udf)$")
 
@@ -49,7 +49,7 @@ def taken(mnemonic: str, operands: str) -> int:
     if name.startswith("sub") and (subtracted := _SUBTRACT.match(operands)):
         return int(subtracted[1])
     if _WRITES_SP.search(operands) and not _RELEASES.match(mnemonic):
-        raise ValueError(f"{mnemonic} {operands}: what it does to the stack pointer is not known")
+        raise ValueError(f"{mnemonic} {operands}: its effect on the stack pointer is not known")
     return 0
 
 
@@ -59,7 +59,7 @@ def _ends(mnemonic: str, operands: str) -> bool:
 
 
 def read_functions(disassembly: str, symbols: str = "") -> dict[str, Function]:
-    """What each function takes itself and where it may go, by `objdump -d --no-show-raw-insn` and `nm`."""
+    """The stack of each function and the functions it may enter, from `objdump -d --no-show-raw-insn` and `nm`."""
     functions: dict[str, Function] = {}
     at: dict[int, Function] = {}
     name, open_end = "", False
@@ -71,14 +71,14 @@ def read_functions(disassembly: str, symbols: str = "") -> dict[str, Function]:
             at[int(label[1], 16)] = functions.setdefault(name, Function())
         elif name and (instruction := _INSTRUCTION.match(line)):
             mnemonic, operands = instruction[1], instruction[2].split(";")[0].split("@")[0].strip()
-            if mnemonic.startswith((".", "nop")):  # a literal, or what fills up to the next function
+            if mnemonic.startswith((".", "nop")):  # a literal, or padding before the next function
                 continue
             function = functions[name]
             function.reaches |= {target for target in _TARGET.findall(operands) if target != name}
             try:
                 function.takes += taken(mnemonic, operands)
             except ValueError:
-                function.takes = 1 << 30  # only an error where it is asked for
+                function.takes = 1 << 30  # an error only if its bound is requested
             open_end = not _ends(mnemonic, operands)
     for address, other in (match.groups() for match in map(_SYMBOL.match, symbols.splitlines()) if match):
         if int(address, 16) in at:  # another name of the same code
@@ -87,7 +87,7 @@ def read_functions(disassembly: str, symbols: str = "") -> dict[str, Function]:
 
 
 def bound(functions: dict[str, Function], root: str) -> int:
-    """Bytes that a call of `root` takes at most; 0 of one that is not linked, because no call of it was left."""
+    """Largest number of bytes that a call of `root` takes; 0 if it is not linked, because nothing calls it."""
     seen: set[str] = set()
     todo = [root] if root in functions else []
     while todo:
@@ -97,5 +97,5 @@ def bound(functions: dict[str, Function], root: str) -> int:
             todo += functions[name].reaches & functions.keys()
     total = sum(functions[name].takes for name in seen)
     if total >= 1 << 30:
-        raise ValueError(f"{root}: its use of the stack cannot be told from its code")
+        raise ValueError(f"{root}: its use of the stack cannot be determined from its code")
     return total

@@ -2,7 +2,7 @@
  * by Pinocchio, index_step by Eigen's singular value decomposition or its pivoted QR.
  *
  * The observer, the detector and, in a whole tick, the guard around them are ours. The peers only project: they do not
- * estimate what is explained, so no limit applies to it. Float only.
+ * estimate the explained part, so no limit applies to it. Float only.
  */
 #ifndef TAUPERP_BENCH_PEER_H
 #define TAUPERP_BENCH_PEER_H

@@ -9,7 +9,7 @@
 #include "peer.h"
 
 void peer_casadi_motion_step(motion_t *self, const robot_t *robot, const float q[], const float qd[]) {
-    (void)robot;                             /* is in the generated code */
+    (void)robot;                             /* the generated code contains the table */
     float jacobian[PEER_ROWS * PEER_JOINTS]; /* by columns */
     const float *arguments[] = {q, qd};
     float *results[] = {self->momentum, self->coriolis, self->gravity, jacobian};

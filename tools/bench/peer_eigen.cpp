@@ -1,4 +1,4 @@
-/* The projections of eqs. 7, 14 and 20 by Eigen, of fixed sizes: nothing is allocated. */
+/* The projections of eqs. 7, 14 and 20 by Eigen with fixed sizes, so that nothing is allocated. */
 #include <Eigen/Dense>
 
 #include "peer.h"
@@ -30,7 +30,7 @@ Basis<CONTACT> contact_basis(const peer_task_t &task) {
     return basis;
 }
 
-/* r - U_r U_r^T r. Thin U, for which Eigen wants a matrix whose number of columns it does not know. */
+/* r - U_r U_r^T r. Eigen computes a thin U only for a matrix with a dynamic number of columns. */
 template <int Columns>
 unsigned by_svd(const Basis<Columns> &basis, float tolerance, const float residual[], float rejected[],
                 float singular[]) {

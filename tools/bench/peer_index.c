@@ -10,7 +10,7 @@ static const float *torque_of(const subspace_config_t *config, const observer_t 
 
 static void finish(index_t *self, const index_config_t *row, const regressor_t *regressor, unsigned rank) {
     self->token = token_next(regressor->token, TOKEN_INDEX, 0u);
-    self->columns = 0; /* no limits on what is explained */
+    self->columns = 0; /* no limits on the explained part */
 
     self->kind = row->kind;
     self->rank = rank;
@@ -19,7 +19,7 @@ static void finish(index_t *self, const index_config_t *row, const regressor_t *
 
 static peer_task_t task_of(const subspace_config_t *config, index_kind_t kind, const motion_t *motion,
                            const vec3_t *sideways) {
-    static const float down[3] = {0.0F, 0.0F, -1.0F}; /* an upright arm: fixed when the program is written */
+    static const float down[3] = {0.0F, 0.0F, -1.0F}; /* an upright arm, so the direction is constant */
     return (peer_task_t){.jacobian = &motion->jacobian[0][0],
                          .acceleration = (kind == INDEX_PAYLOAD) ? &sideways->x : 0,
                          .down = down,

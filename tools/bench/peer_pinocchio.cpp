@@ -43,7 +43,7 @@ Model model_of_table() {
     return model;
 }
 
-/* Made before main, not at the first state. */
+/* Constructed before main, so that the first state does not include it. */
 const Model model = model_of_table();
 Data data(model);
 const pinocchio::FrameIndex tip = model.getFrameId("tip");
@@ -59,7 +59,7 @@ void peer_pinocchio_terms(const float q_in[], const float qd_in[], float momentu
     pinocchio::crba(model, data, q);
     data.M.triangularView<Eigen::StrictlyLower>() = data.M.transpose().triangularView<Eigen::StrictlyLower>();
     Map(momentum, model.nv).noalias() = data.M * qd;
-    pinocchio::computeCoriolisMatrix(model, data, q, qd); /* leaves data.J as well */
+    pinocchio::computeCoriolisMatrix(model, data, q, qd); /* also computes data.J */
     Map(coriolis, model.nv).noalias() = data.C.transpose() * qd;
     Map(gravity, model.nv) = pinocchio::computeGeneralizedGravity(model, data, q);
     pinocchio::updateFramePlacement(model, data, tip);

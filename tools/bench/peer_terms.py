@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Writes what the peers of `make bench` need of a robot.
+"""Writes the robot-specific sources for the peers of `make bench`.
 
     peer_terms.py casadi ROBOT OUT.c      C by CasADi, from the Lagrangian: terms(q, qd) -> (p, C^T qd, g, J)
-    peer_terms.py pinocchio ROBOT OUT.h   the robot's numbers, as a table that a C++ program makes a model of
+    peer_terms.py pinocchio ROBOT OUT.h   the robot's numbers, as a table from which a C++ program makes a model
 
-The Lagrangian is written as a person would who counts: velocities in the links' own frames, constants that are zero
-left out of it, the geometric Jacobian, common subexpressions eliminated. p = dT/dqd, C^T qd = dT/dq, g = dV/dq.
+The Lagrangian is written for few operations: velocities in the links' own frames, no constants that are zero, the
+geometric Jacobian, common subexpressions eliminated. p = dT/dqd, C^T qd = dT/dq, g = dV/dq.
 """
 
 import sys
@@ -17,11 +17,11 @@ import numpy as np
 from tauperp.robot import Joint, Robot, load
 from tauperp.robot.spatial import Array, skew
 
-ZERO = 1e-12  # below, a constant of the robot is a zero that was rounded
+ZERO = 1e-12  # a smaller constant of the robot is a rounded zero
 
 
 def constant(values: Array) -> ca.SX:
-    """An array as a symbolic constant of which the zeros are known to be zero."""
+    """An array as a symbolic constant with structural zeros."""
     values = np.asarray(values, dtype=float)
     return ca.sparsify(ca.SX(np.where(np.abs(values) < ZERO, 0.0, values)))
 
@@ -35,7 +35,7 @@ def turned(joint: Joint, angle: ca.SX) -> ca.SX:
 
 def lagrangian_terms(robot: Robot) -> ca.Function:
     q, qd = ca.SX.sym("q", robot.n), ca.SX.sym("qd", robot.n)
-    w, v = ca.SX.zeros(3), ca.SX.zeros(3)  # of the link, in its own frame
+    w, v = ca.SX.zeros(3), ca.SX.zeros(3)  # velocity of the link, in its own frame
     orientation, origin = ca.SX.eye(3), ca.SX.zeros(3)
     kinetic, potential = ca.SX(0), ca.SX(0)
     axes, origins = [], []
@@ -58,7 +58,7 @@ def lagrangian_terms(robot: Robot) -> ca.Function:
 
 
 def write_casadi(robot: Robot, out: Path) -> None:
-    # "casadi_real": every variable of the generated code. Its constants are assigned, so converted when compiled.
+    # "casadi_real": every variable of the generated code. Its constants are assigned, so the compiler converts them.
     generator = ca.CodeGenerator(out.name, {"casadi_real": "float", "casadi_int": "int"})
     generator.add(lagrangian_terms(robot))
     generator.generate(f"{out.parent}/")

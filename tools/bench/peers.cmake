@@ -1,12 +1,12 @@
-# The peers of the bench (tools/bench/peer.h): our counting programs, in which a peer's function stands for motion_step
-# or index_step. The rest is the same object files.
+# The peers of the bench (tools/bench/peer.h): our counting programs, in which a peer's function replaces motion_step
+# or index_step. The other object files are the same.
 enable_language(CXX)
-# -O3 is the better for them everywhere; on the M4F, where figures are most often told, -O2 as well.
+# -O3 is faster for them everywhere. On the M4F, the target of most published figures, -O2 is built too.
 set(levels -O3)
 if(bench_target STREQUAL "m4f")
     list(PREPEND levels -O2)
 endif()
-# MOTION_PROJECTION; of Pinocchio only the cheaper one, since the projection is the same again.
+# MOTION_PROJECTION; for Pinocchio only the cheaper projection, because the projections are the same.
 set(peers casadi_svd casadi_qr)
 set(motions casadi)
 if(bench_target STREQUAL "host")
@@ -28,7 +28,7 @@ endforeach()
 set_source_files_properties("${bench}/peer_casadi.c" PROPERTIES OBJECT_DEPENDS "${generated}/casadi_terms.c")
 set_source_files_properties("${bench}/peer_pinocchio.cpp" PROPERTIES OBJECT_DEPENDS "${generated}/pinocchio_model.h")
 
-# A peer may contract products and sums: -ffp-contract=off is our own wish, and Eigen is used without exceptions.
+# A peer may contract products and sums: only our own code needs -ffp-contract=off. Eigen is used without exceptions.
 add_library(peer-settings INTERFACE)
 target_include_directories(peer-settings INTERFACE "${bench}" "${generated}" "${support}" ${TAUPERP_INCLUDES})
 target_include_directories(peer-settings SYSTEM INTERFACE /usr/include/eigen3)
@@ -47,9 +47,9 @@ file(GLOB pinocchio LIST_DIRECTORIES true "${PROJECT_SOURCE_DIR}/.venv/lib/pytho
 set_source_files_properties("${bench}/peer_pinocchio.cpp" PROPERTIES
     COMPILE_DEFINITIONS "${boost}" COMPILE_OPTIONS "-isystem;${pinocchio}")
 
-# tauperp_peer_image(NAME FILE OBJECTS...): the host's memcpy is the C library's, which is faster than our loop. There
-# names are bound before main: or the first state would pay for it. A double that slipped in is a call of a helper on a
-# core without them.
+# tauperp_peer_image(NAME FILE OBJECTS...): the host's memcpy is the C library's, which is faster than our loop. Names
+# are bound there before main, so that the first state does not include it. A remaining double would be a call of a helper
+# on a core without double precision.
 function(tauperp_peer_image name file)
     tauperp_bench_image(${name} ${file} $<TARGET_OBJECTS:bench-block-float> ${ARGN})
     if(bench_target STREQUAL "host")
@@ -88,7 +88,7 @@ foreach(level IN LISTS levels)
             if(TAUPERP_TARGET)
                 list(APPEND ours $<TARGET_OBJECTS:bench-memory-float>)
             endif()
-            # All of ours but the core, which calls the peer's functions.
+            # All of our code except the core; it calls the peer's functions.
             set(callers "${generated}/${peer}${level}-${program}.o")
             add_custom_command(
                 OUTPUT "${callers}"

@@ -1,4 +1,4 @@
-/* report: tallies of instruction counts, and the lines in which an image hands them to tools/bench/bench.py:
+/* report: tallies of instruction counts, and the lines that an image prints for tools/bench/bench.py:
  *
  *     count CASE STAGE MEAN WORST STATES        (STAGE "total" for the case itself)
  *     deficient CASE STATES                     whose basis has fewer directions than columns

@@ -12,9 +12,9 @@ _BYTES = re.compile(r"(\d+) bytes \((static|dynamic|dynamic,bounded)\)")
 
 @dataclass
 class CallGraph:
-    """Functions by gcc's names (`file:function` where static) with their frames in bytes and whom they call.
+    """Functions by gcc's names (`file:function` where static) with their frames in bytes and the functions they call.
 
-    `library` tells the bytes of a function that gcc wrote no graph of: a helper of libgcc or newlib.
+    `library` gives the bytes of a function without a graph by gcc: a helper of libgcc or newlib.
     """
 
     library: Callable[[str], int]
@@ -53,7 +53,7 @@ class CallGraph:
 
 
 def worst_stack(folder: Path, roots: tuple[str, ...], library: Callable[[str], int], pattern: str = "**/*.ci") -> int:
-    """The largest of the roots' needs, over every .ci file of `folder` by the pattern."""
+    """The largest need of the roots, from every .ci file of `folder` that matches the pattern."""
     graph = CallGraph(library)
     files = sorted(folder.glob(pattern))
     if not files:

@@ -4,7 +4,7 @@ static const num_t QUARTER_TURN = NUM(1.57079633);
 static const num_t HALF_TURN = NUM(3.14159265);
 static const num_t WHOLE_TURN = NUM(6.28318531);
 
-/* Axes aligned, opposed or square to each other; what the joint cannot reach is exchanged for its opposite. */
+/* Axes aligned, opposed or at right angles; an angle that the joint cannot reach is replaced by its negative. */
 static num_t special_angle(const robot_joint_t *joint, random_t *random) {
     const uint32_t quarters = random_below(random, 4);
     num_t angle = ((quarters & 1u) != 0u) ? QUARTER_TURN : NUM(0);
@@ -16,7 +16,7 @@ static num_t special_angle(const robot_joint_t *joint, random_t *random) {
     return num_max(joint->position_min_rad, num_min(joint->position_max_rad, angle));
 }
 
-/* `beside`: how far off a special angle at most, rad. */
+/* `beside`: largest deviation from a special angle, rad. */
 static num_t position(const robot_joint_t *joint, random_t *random, bool special, num_t beside) {
     if (!special || (random_below(random, 2) == 0u)) {
         return random_between(random, joint->position_min_rad, joint->position_max_rad);

@@ -2,9 +2,9 @@
  *
  * A third of the states are purely random. In the others each joint is, with probability one half, at a multiple of a
  * quarter turn: arms with aligned or folded axes, of rank 3 to 6. Half of those deviate by up to 1e-4 or 1e-2 rad: near
- * the singularity but not in it. Velocities reach the table's limit, and every eighth state stands still. The desired
+ * the singularity but not in it. Velocities reach the table's limit, and every eighth state is at rest. The desired
  * acceleration is random up to 8 m/s^2, or zero, or parallel to gravity. Every second state is the previous one a cycle
- * later, as in motion; the others are a jump away.
+ * later, as in motion; the others are new random states.
  */
 #ifndef TAUPERP_BENCH_STATES_H
 #define TAUPERP_BENCH_STATES_H

@@ -3,8 +3,8 @@
 
     tools/docs/build.py OUTPUT
 
-Copies docs/, writes the reference pages from the sources that they describe (pages.py), and takes along what the pages
-link to outside docs/: Markdown files become pages under source/, everything else a text file that a browser shows.
+Copies docs/, writes the reference pages from the sources that they describe (pages.py), and copies the files outside
+docs/ to which the pages link: Markdown files become pages under source/, others become text files that a browser shows.
 Fails on a link to a file that does not exist.
 """
 
@@ -33,7 +33,7 @@ GENERATED = {
 
 
 def site_path(path: str) -> str:
-    """Where a file of the repository is in the site's sources."""
+    """Path of a file of the repository in the site's sources."""
     if path.startswith(f"{DOCS}/"):
         return path.removeprefix(f"{DOCS}/")
     return f"source/{path}" + ("" if Path(path).suffix in (".md", ".png", ".svg") else ".txt")
@@ -48,7 +48,7 @@ class Site:
         self.problems: list[str] = []
 
     def add(self, path: str, text: str | None = None) -> None:
-        """A page, and everything that it links to."""
+        """A page, and every file to which it links."""
         if path not in self.text:
             self.text[path] = ""
             self.text[path] = self._with_links((ROOT / path).read_text() if text is None else text, path)

@@ -45,7 +45,7 @@ def reason_classes() -> dict[str, str]:
 
 
 def troubleshooting() -> str:
-    """What the guard says, and what to look at."""
+    """The page of reasons: their meaning, and what to check."""
     entries, classes = tomllib.loads(REASONS.read_text()), reason_classes()
     lines = [
         "# Troubleshooting",
@@ -55,7 +55,7 @@ def troubleshooting() -> str:
         "",
     ]
     for kind, (title, summary) in CLASSES.items():
-        lines += [f"## {title}", "", summary, "", "| reason | what it means | what to look at |", "|---|---|---|"]
+        lines += [f"## {title}", "", summary, "", "| reason | meaning | what to check |", "|---|---|---|"]
         for number, name in reason_names().items():
             if classes.get(name) == kind and name in entries:
                 lines.append(f"| **{name}** ({number}) | {entries[name]['means']} | {entries[name]['look']} |")
@@ -65,14 +65,14 @@ def troubleshooting() -> str:
 
 SYMPTOMS = """## Other symptoms
 
-| symptom | what to look at |
+| symptom | what to check |
 |---|---|
-| `tauperp monitor` shows nothing | interface up? bit rates? `candump can0` shows whether there are frames at all |
+| `tauperp monitor` shows nothing | Is the interface up? Are the bit rates right? Does `candump can0` show frames? |
 | many messages of unknown ids | another DBC, or another protocol on this bus |
-| a permission, and no motion | cycle, age and both copies, as the robot checks them ([rules](robot-side.md)) |
+| the guard permits, no motion follows | cycle, age and both copies, as the robot checks them ([rules](robot-side.md)) |
 | false stops in fast motion | velocity noise, thresholds from slow motion ([calibrate](calibrate.md)) |
 | false stops at reversals | friction between sensor and link: `sensor.friction_nm` ([calibrate](calibrate.md)) |
-| contacts are found late or not at all | thresholds, task, blind directions ([sensitivity](sensitivity.md)) |
+| contacts are detected late or not at all | thresholds, task, blind directions ([sensitivity](sensitivity.md)) |
 | `the firmware's library is missing` | in a checkout `make library`; an installed package is damaged |
 | `older than the sources` | in a checkout `make library library-fixed kernel` |
 | a command needs a package that is not installed | the message names the extra: `pip install 'tauperp[logs]'` |
@@ -123,8 +123,8 @@ def settings() -> str:
     lines = [
         "# Configuration keys",
         "",
-        "Every key that the file may have, from the code that reads it. [Configuration](../configuration.md) says what",
-        "they mean. Defaults are those of the preset `default`. The firmware checks further bounds of its own.",
+        "Every key that the file may have, from the code that reads it. [Configuration](../configuration.md) explains",
+        "them. Defaults are those of the preset `default`. The firmware checks further bounds.",
         "",
         "| key | type | bounds | default |",
         "|---|---|---|---|",
@@ -139,7 +139,7 @@ def commands() -> str:
     lines = [
         "# Command line",
         "",
-        "Exit code 0: the verdict is good. 1: it is not. 2: the input is wrong, in one line.",
+        "Exit code 0: the verdict is good. 1: the verdict is bad. 2: the input is wrong; one line names the mistake.",
         "",
     ]
     lines += ["| command | does |", "|---|---|"]
@@ -158,7 +158,7 @@ def wire() -> str:
         f"From [tauperp.dbc](../../dbc/tauperp.dbc), version {wire.version}. Every frame has 8 bytes and carries",
         "AUTOSAR E2E profile 2: byte 0 is the CRC, the low nibble of byte 1 the counter. Signals are little-endian.",
         "",
-        "| message | id | sent by | cycle time at 500 Hz | silence that counts | meaning |",
+        "| message | id | sent by | cycle time at 500 Hz | deadline | meaning |",
         "|---|---|---|---|---|---|",
     ]
     shown = [message for message in wire.messages.values() if not re.search(r"[2-9]$", message.definition.name)]
@@ -172,7 +172,7 @@ def wire() -> str:
         )
     lines += [
         "",
-        "JointState1 stands for the joints 1 to 8 (ids 0x101 to 0x108), Residual1 and so on for their joints.",
+        "JointState1 represents the joints 1 to 8 (ids 0x101 to 0x108); Residual1 and Index1 represent all joints too.",
     ]
     for message in shown:
         lines += ["", f"## {message.definition.name}", "", message.definition.comment or "", ""]
@@ -231,8 +231,8 @@ def python() -> str:
 
 
 def c() -> str:
-    """The public headers as they stand: each is its own manual."""
-    lines = ["# C", "", "The headers are the manual. [Porting](../porting.md) says how to build with them.", ""]
+    """The public headers, unchanged: each is its own manual."""
+    lines = ["# C", "", "The headers are the manual. [Porting](../porting.md) explains how to build with them.", ""]
     for title, path in (
         ("The guard", "firmware/api/tauperp.h"),
         ("The robot's side", "firmware/robot_side/robot_side.h"),

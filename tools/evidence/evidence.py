@@ -3,9 +3,9 @@
 
     evidence.py [--out out/evidence] [--parts FILE] [--minutes 60] [--only WORD...]
 
-A part is green if its command ends with 0. It is red if that fails, takes too long, or has no command yet ("not
-available"). Each part's whole output is kept beside the page, and the page names its SHA-256. The page is index.md.
-Exit code 1 if anything is red.
+A part is green if its command ends with 0. It is red if the command fails, takes too long or does not exist yet ("not
+available"). The complete output of each part is a file next to the page, and the page states its SHA-256. The page is
+index.md. Exit code 1 if anything is red.
 """
 
 from __future__ import annotations

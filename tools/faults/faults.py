@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Puts seeded faults into the guard and counts what comes of them (`make faults`).
+"""Injects seeded faults into the guard and counts their outcomes (`make faults`).
 
     faults.py [--seed 1] [--count 1000000] [--g4 2000] [--jobs 2] [--channels 1] [--out out/faults]
 
 On the library (faults.c): bits of the guard's state and of its configuration block, its clock, its ticks. On the
 stm32g4 image in its emulator (g4_faults.py): bits of registers, stack, data, code and block, at any instruction. Both
-experiments of the paper are the recorded runs. Work is done in chunks, which are kept: a run that was broken off
-continues. Prints a table and writes report.json. Exit code 1: a fault of the library was undetected and wrong.
+experiments of the paper are the recorded runs. Results are kept in chunks, so that an interrupted run can
+continue. Prints a table and writes report.json. Exit code 1: a fault of the library was undetected and wrong.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def g4_chunk(experiment: str, seed: int, first: int, count: int) -> dict[str, An
 
 
 def kept(path: Path, make: Any, *arguments: Any) -> dict[str, Any]:
-    """A chunk's result, from its file if it has been done."""
+    """A chunk's result, from its file if the chunk was run before."""
     if path.is_file():
         return dict(json.loads(path.read_text()))
     result: dict[str, Any] = make(*arguments)
@@ -70,7 +70,7 @@ def kept(path: Path, make: Any, *arguments: Any) -> dict[str, Any]:
 
 
 def jobs_of(arguments: argparse.Namespace, folder: Path) -> list[tuple[str, Path, Any, tuple[Any, ...]]]:
-    """What is to be done: target, the chunk's file, its function and arguments."""
+    """All chunks: target, the chunk's file, its function and arguments."""
     jobs: list[tuple[str, Path, Any, tuple[Any, ...]]] = []
     key = hashlib.sha256(PROGRAM.read_bytes())
     for experiment in EXPERIMENTS:

@@ -1,9 +1,10 @@
 """Faults in the stm32g4 image while it runs: one bit of a register, of the stack, of its data or of its flash flips at
 a random instruction of a cycle.
 
-The emulated board (tools/g4) hears a recorded run once without a fault. Each fault starts from the board's own state at
-the beginning of its cycle. It ends when the live memory is the reference's again, when nothing can permit any more, or
-after HORIZON cycles. Outcomes have the classes of faults.c; the judge is the check of tauperp.robot_side.
+The emulated board (tools/g4) receives a recorded run once without a fault. Each fault starts from the state of the
+board at the beginning of its cycle. It ends when the live memory equals that of the reference, when no further
+permission is possible, or after HORIZON cycles. Outcomes have the classes of faults.c; the judge is the check of
+tauperp.robot_side.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from tauperp.wire_values import REASON_CLASS, ReasonClass
 PLACES = ("register", "float register", "stack", "data", "code", "block")
 HORIZON = 60
 BEFORE, AFTER = 40, 60  # cycles around a stop
-CYCLE_INSTRUCTIONS = 24_000  # of a cycle, about: a flip beyond its end hits the idle loop
+CYCLE_INSTRUCTIONS = 24_000  # instructions of a cycle, about: a later flip affects the idle loop
 IDLE_LIMIT = 1_000_000  # instructions after which a core that is not idle counts as hung
 NONE, DETECTED, NEEDLESS, LATE, WRONG = range(5)
 OUTCOMES = ("none", "detected", "needless", "late", "wrong")
@@ -60,7 +61,7 @@ class Injector:
         self.reference = Reference()
 
     def run_reference(self, wanted: list[int]) -> Iterator[tuple[int, Snapshot]]:
-        """Once over the whole run; the board's state at the beginning of each wanted cycle."""
+        """Runs the complete recording once. Returns the board's state at the beginning of each wanted cycle."""
         board, reference = self._board, self.reference
         check = StopCheck(self._wire)
         board.run()
@@ -73,7 +74,7 @@ class Injector:
             reference.memory.append(self._live())
 
     def inject(self, start: int, snapshot: Snapshot, random: Random) -> tuple[str, int, int, str]:
-        """Place, outcome, cycles until the reaction, and what was flipped."""
+        """Place, outcome, cycles until the reaction, and the flipped bit."""
         board, reference = self._board, self.reference
         board.restore(snapshot)
         check = StopCheck(self._wire)
@@ -87,7 +88,7 @@ class Injector:
             if number == start:
                 board.advance(now_us)
                 for frame in frames:
-                    board.hear(frame)
+                    board.receive(frame)
                 board.fdcan.looks = 0
                 board.step(random.randrange(CYCLE_INSTRUCTIONS))
                 what, undo = self._flip(place, random)
@@ -118,7 +119,7 @@ class Injector:
     def _cycle(self, number: int, now_us: int, frames: list[Frame]) -> list[Frame]:
         self._board.advance(now_us)
         for frame in frames:
-            self._board.hear(frame)
+            self._board.receive(frame)
         return self._board.run(IDLE_LIMIT)
 
     def _permits(self, check: StopCheck, number: int, answers: list[Frame]) -> bool:
@@ -132,7 +133,7 @@ class Injector:
         return not any(self.reference.permits[max(0, number - self._reaction) : number + 1])
 
     def _live(self) -> int:
-        """Data and the used part of the stack, and the registers that an idle loop keeps."""
+        """The data, the used part of the stack, and the registers that an idle loop preserves."""
         core = self._board.core
         stack = core.reg_read(arm.UC_ARM_REG_SP)
         if not RAM <= stack < RAM + RAM_BYTES:
@@ -161,7 +162,7 @@ class Injector:
 
 
 def places(image: Path) -> dict[str, tuple[int, int]]:
-    """Addresses of each place in memory (stm32g4.ld): the stack lies at the bottom of the RAM, 8 KiB of it."""
+    """Addresses of each place in memory (stm32g4.ld): the stack is the first 8 KiB of the RAM."""
     elf = image.read_bytes()
     flash = max((address + len(data) for address, data in segments(elf) if address < RAM), default=FLASH)
     block = FLASH + b"".join(data for address, data in segments(elf) if address == FLASH).index(b"TERP")
@@ -175,7 +176,7 @@ def places(image: Path) -> dict[str, tuple[int, int]]:
 
 
 def _is_ordinary_stop(answers: list[Frame]) -> bool:
-    """A StopCommand that agrees with itself, for a reason that is no fault of the guard's."""
+    """A consistent StopCommand with a reason that is not a fault of the guard."""
     stops = [frame.data for frame in answers if frame.id == STOP_COMMAND]
     kinds = [REASON_CLASS.get(data[4], ReasonClass.UNKNOWN) for data in stops if data[2] == 0xF0]
     return bool(kinds) and all(kind not in (ReasonClass.FAULT, ReasonClass.UNKNOWN) for kind in kinds)

@@ -33,7 +33,7 @@ def image_of(experiment: str, block: bytes) -> Path:
 
 
 def chosen(random: Random, stops: list[int], cycles: int) -> int:
-    """Half of the cycles lie just before a stop, a quarter behind one, a quarter anywhere."""
+    """Random cycles: half of them just before a stop, a quarter after one, a quarter anywhere."""
     kind = random.randrange(4)
     near = random.choice(stops)
     at = near - random.randrange(BEFORE) if kind < 2 else near + random.randrange(AFTER)

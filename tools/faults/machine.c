@@ -7,7 +7,7 @@
 #define TABLE(name, member)                                                                                            \
     {name, (uint32_t)offsetof(machine_t, config.member), sizeof(((machine_t *)0)->config.member), true}
 
-/* All of guard_t but the pointer to the block, which would only crash this process. */
+/* All of guard_t except the pointer to the block: a fault in it would only crash this process. */
 const part_t machine_part[] = {
     STATE("joints", joints),
     STATE("state", state),

@@ -1,4 +1,4 @@
-/* machine: what the faults are put into: one guard with its configuration block, and how a board drives it.
+/* machine: the target of the faults: one guard with its configuration block, driven as by a board.
  *
  * A machine is copied as bytes: a snapshot is an assignment, followed by machine_moved. */
 #ifndef FAULTS_MACHINE_H
@@ -15,7 +15,7 @@ typedef struct {
 typedef struct {
     const char *name;
     uint32_t offset, size;
-    bool table; /* of the configuration block; else of the state */
+    bool table; /* a part of the configuration block, otherwise of the state */
 } part_t;
 
 enum { MACHINE_PARTS_MAX = 64 };

@@ -21,12 +21,12 @@ class Recording:
     """A run without a fault."""
 
     block: bytes
-    cycles: list[Cycle]  # time, and what the robot sent
+    cycles: list[Cycle]  # time, and the robot's frames
     stops: list[int]  # cycles in which the permission ends
 
 
 class _Listener:
-    """The library's guard, and all that the robot sends it."""
+    """The library's guard, which keeps all frames that the robot sends."""
 
     remote = False
     verdict: Verdict | None = None

@@ -18,7 +18,7 @@ FLASH, FLASH_BYTES = 0x08000000, 512 * 1024
 RAM, RAM_BYTES = 0x20000000, 96 * 1024
 MESSAGE_RAM, MESSAGE_RAM_PAGE = 0x4000A400, 0x4000A000
 PAGE = 0x1000
-INSTRUCTIONS = 20_000_000  # of one run at most: a core that loops by itself is not waited for longer
+INSTRUCTIONS = 20_000_000  # limit of one run: a core that takes longer counts as an endless loop
 HARD_FAULT = 3
 REGISTERS = [getattr(arm, f"UC_ARM_REG_R{number}") for number in range(13)]
 REGISTERS += [arm.UC_ARM_REG_SP, arm.UC_ARM_REG_LR, arm.UC_ARM_REG_PC]
@@ -27,7 +27,7 @@ FLOATS = [getattr(arm, f"UC_ARM_REG_S{number}") for number in range(32)]
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Everything that a later run depends on, but for flash."""
+    """The state on which a later run depends, except flash."""
 
     context: Any
     ram: bytes
@@ -82,12 +82,12 @@ class Board:
 
     @property
     def halted(self) -> bool:
-        """The core does nothing any more that the outside can see: an endless loop, or lockup."""
+        """The core has no visible effect any more: an endless loop or lockup."""
         return self._halted
 
     @property
     def lines(self) -> list[str]:
-        """Of the UART."""
+        """Lines of the UART."""
         return self.uart.text.decode("ascii", "replace").replace("\r", "").splitlines()
 
     def load(self) -> None:
@@ -109,12 +109,12 @@ class Board:
             self.rcc.words[CSR] = WATCHDOG_RST | PIN_RST
             self._start()
 
-    def hear(self, frame: Frame) -> None:
-        """A frame of another node waits for the bus."""
+    def receive(self, frame: Frame) -> None:
+        """Adds a frame of another node, which waits for the bus."""
         self.fdcan.bus.append(frame)
 
     def run(self, instructions: int = INSTRUCTIONS) -> list[Frame]:
-        """Until the core has nothing to do; what it sent. A core that works on for so many instructions has halted."""
+        """Runs until the core is idle; returns the frames that it sent. A core that exceeds the limit has halted."""
         self.fdcan.looks = 0
         left = instructions
         while not self._halted and self.fdcan.looks < 2 and left > 0:
@@ -124,7 +124,7 @@ class Board:
         return sent
 
     def step(self, count: int) -> int:
-        """At most so many instructions; fewer when the core is idle. How many it can have been."""
+        """Runs this many instructions, or fewer if the core becomes idle. Returns an upper bound of their number."""
         self._pending = None
         try:
             self.core.emu_start(self.core.reg_read(arm.UC_ARM_REG_PC) | 1, 0xFFFFFFFE, count=count)
@@ -182,7 +182,7 @@ class Board:
 
     def _enter_exception(self) -> None:
         """Every exception of the image goes to one handler (startup.c). A second one, or a stack frame without memory,
-        is lockup."""
+        causes lockup."""
         self.faults += 1
         core, read = self.core, self.core.reg_read
         stack = read(arm.UC_ARM_REG_SP) - 32 & ~7

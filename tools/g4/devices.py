@@ -26,7 +26,7 @@ class Words:
 class Rcc(Words):
     """Crystal and PLL are ready as soon as they are switched on, and the core's clock follows its switch."""
 
-    crystal = True  # there is one
+    crystal = True  # whether the crystal starts
 
     def write(self, offset: int, value: int) -> None:
         if offset == CR:
@@ -59,7 +59,7 @@ class Gpio(Words):
 
 
 class Timer(Words):
-    """TIM2: counts the model's microseconds, by its prescaler from 170 MHz."""
+    """TIM2: counts the model's microseconds, with its prescaler from 170 MHz."""
 
     now_us = 0
 
@@ -88,7 +88,7 @@ class Watchdog(Words):
             self.words[offset] = value
 
     def read(self, offset: int) -> int:
-        return 0 if offset == 0xC else self.words.get(offset, 0)  # SR: an update takes no time
+        return 0 if offset == 0xC else self.words.get(offset, 0)  # SR: an update is immediate
 
     @property
     def expired(self) -> bool:
@@ -98,7 +98,7 @@ class Watchdog(Words):
 
 
 class Uart(Words):
-    """USART2: room for every character."""
+    """USART2: always ready for a character."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""FDCAN1 as its registers show it (RM0440 rev 8, chapter 44), on a bus that is free."""
+"""FDCAN1 by its registers (RM0440 rev 8, chapter 44), on a bus without other traffic."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Fdcan:
     def __init__(self, read: Callable[[int, int], bytes], write: Callable[[int, bytes], None]) -> None:
         self._read, self._write = read, write
         self.sent: list[Frame] = []
-        self.bus: deque[Frame] = deque()  # frames of others that wait for the bus
+        self.bus: deque[Frame] = deque()  # frames of other nodes that wait for the bus
         self.reset()
 
     def reset(self) -> None:
@@ -41,7 +41,7 @@ class Fdcan:
         self.registers: dict[int, int] = {}
         self.get, self.fill = [0, 0], [0, 0]
         self.pending = 0
-        self.looks = 0  # at an empty bus, one after the other
+        self.looks = 0  # frames sent on the empty bus, in order
 
     def state(self) -> tuple[int, dict[int, int], list[int], list[int], int]:
         return self.control, dict(self.registers), list(self.get), list(self.fill), self.pending
@@ -110,7 +110,7 @@ class Fdcan:
         return Frame(id_word >> 18 & 0x7FF, data, fd, fd and bool(dlc_word & BRS and self.control & BRSE))
 
     def _carry(self) -> None:
-        """Brings the next frame that passes the filters, once nothing is left to read."""
+        """Stores the next frame that passes the filters, once both FIFOs are empty."""
         while self.bus and self.fill == [0, 0] and not self.control & INIT:
             frame = self.bus.popleft()
             fifo = self._filter(frame)

@@ -1,4 +1,4 @@
-"""The emulated board beside the library's guard: from the same frames at the same times each gives the same answers."""
+"""The emulated board and the library's guard: the same frames at the same times must give the same answers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def message_of(frame: Frame) -> can.Message:
 
 
 class Twin:
-    """The library's guard, driven as the board drives its own (firmware/boards/common/loop.c), in no time."""
+    """The library's guard, driven as the board drives its own (firmware/boards/common/loop.c), in zero time."""
 
     def __init__(self, block: bytes, *, variant: Variant = Variant.PRODUCT, start: Start = Start.POWER_ON) -> None:
         self.guard = Guard(block, start=start, variant=variant, with_events=variant is not Variant.LOCKSTEP)
@@ -40,9 +40,9 @@ class Twin:
         self.verdict: Verdict | None = None
         self.completed = False  # the last frames completed a cycle, and it had its tick
 
-    def hear(self, messages: Sequence[can.Message], now_us: int) -> list[Frame]:
-        """These frames come at this time; what it answers. An idle board waits between its look at the bus and its
-        look at the clock, so the clock comes first."""
+    def receive(self, messages: Sequence[can.Message], now_us: int) -> list[Frame]:
+        """Receives these frames at this time; returns the answers. An idle board waits after it has read the bus and
+        before it reads the clock, so the clock comes first."""
         answers: list[Frame] = []
         self.completed = False
         for message in (None, *messages):
@@ -55,15 +55,15 @@ class Twin:
 
 
 class Enough(Exception):
-    """As many cycles as were wanted have run."""
+    """The limit of cycles was reached."""
 
 
 class EmulatedGuard:
     """The guard of a simulated robot (GuardPeer): the board's answers move the robot.
 
-    patience_s     for the frames of a cycle on a bus that takes time to carry them; 0: they are there
+    patience_s     wait for the frames of a cycle on a bus with delays; 0: the frames have arrived
     limit          cycles, after which it raises Enough
-    Raises AssertionError when an answer is not the library's.
+    Raises AssertionError when an answer differs from the library's.
     """
 
     remote = False
@@ -78,17 +78,17 @@ class EmulatedGuard:
         self._bus = bus
         self._patience_s = patience_s
         self._limit = limit
-        self._compare(board.run(), twin.hear([], 0), 0)  # the first tick is due at once
+        self._compare(board.run(), twin.receive([], 0), 0)  # the first tick is due at once
 
     def turn(self, now_us: int) -> None:
         self.board.advance(now_us)
         answered = False
         while not answered and (message := self._bus.recv(timeout=self._patience_s)) is not None:
             if message.arbitration_id == STOP_COMMAND or message.arbitration_id in _FROM_GUARD:
-                continue  # its own, where the bus gives them back
-            self.board.hear(frame_of(message))
+                continue  # its own frames, where the bus returns them
+            self.board.receive(frame_of(message))
             heard = self.board.run()
-            self._compare(heard, self.twin.hear([message], now_us), now_us)
+            self._compare(heard, self.twin.receive([message], now_us), now_us)
             answered = bool(self._patience_s) and self.twin.completed
         self.verdict = self.twin.verdict
         self.cycles += 1

@@ -1,4 +1,4 @@
-/* mutant: what an instrumented source sees. Included before everything else. */
+/* mutant: the declarations that an instrumented source needs. Included before everything else. */
 #ifndef MUTANT_H
 #define MUTANT_H
 

@@ -1,4 +1,4 @@
-/* mutant_main: runs chosen tests of one Unity program under chosen mutants, each in a child process.
+/* mutant_main: runs selected tests of one Unity program under selected mutants, each in a child process.
  *
  * Standard input has a line for each job: the mutant's number, the limit of loop steps, and the numbers of the tests.
  * Standard output gets "MUTANT VERDICT" for each: survived, or killed by an assertion, a signal or the limit of steps.

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""mutate: does a unit test notice each changed operator, constant and condition of the firmware?
+"""mutate: checks that a unit test fails for each changed operator, constant and condition of the firmware.
 
     tools/mutate/mutate.py                 every mutant; a few minutes on two cores
-    tools/mutate/mutate.py --sample 60     so many mutants of a fixed sample: what CI does
+    tools/mutate/mutate.py --sample 60     this many mutants of a fixed sample, as in CI
     tools/mutate/mutate.py --write         also writes new survivors to the list, as unreviewed
 
 A mutant is killed by an assertion, a signal or the limit of loop steps, in either numeric type.
-tests/mutation/survivors.toml lists the survivors with the reason why no test can or need see them. Exit code 1: a
-survivor is not listed, a listed one is killed or gone, or (without --sample) one is unreviewed.
+tests/mutation/survivors.toml lists the survivors with the reason why no test can detect or need detect them. Exit code
+1: a survivor is not listed, a listed one is killed or gone, or (without --sample) one is unreviewed.
 """
 
 import argparse
@@ -31,7 +31,7 @@ HEAD = f"""# Mutants that no unit test kills, by file and function, with the rea
 
 
 def survivors(wanted: set[int]) -> tuple[set[int], Counter[str]]:
-    """Numbers of the mutants that no test kills, and how the others died."""
+    """Numbers of the mutants that no test kills, and the counts of each way in which the others were killed."""
     alive, how = set(wanted), Counter[str]()
     reached: dict[str, dict[str, list[Test]]] = {}
     for numeric in NUMERICS:
@@ -80,7 +80,7 @@ def write(entries: dict[str, str]) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="*", help="only these, by the beginning of their path below firmware/")
+    parser.add_argument("files", nargs="*", help="only files whose path below firmware/ begins with one of these")
     parser.add_argument("--sample", type=int, default=0)
     parser.add_argument("--listed", action="store_true", help="only the survivors on the list")
     parser.add_argument("--seed", type=int, default=SEED)
@@ -91,7 +91,7 @@ def main() -> int:
     wanted = {mutant.number for mutant in mutants if not files or mutant.file.startswith(files)}
     if arguments.listed:
         wanted = {mutant.number for mutant in mutants if mutant.number in wanted and mutant.key in listed()}
-    if arguments.sample:  # of those that are to be killed: a survivor costs every test
+    if arguments.sample:  # a sample of the mutants that must be killed: a survivor takes the time of every test
         wanted = {mutant.number for mutant in mutants if mutant.number in wanted and mutant.key not in listed()}
         wanted = set(random.Random(arguments.seed).sample(sorted(wanted), min(arguments.sample, len(wanted))))
     alive, how = survivors(wanted)

@@ -24,9 +24,9 @@ FLAGS = [
     "-DTAUPERP_CHANNELS=1",
 ]
 NUMERICS: dict[str, list[str]] = {"float": [], "fixed": ["-DTAUPERP_FIXED=1"]}
-OTHERS = ("test_board_", "test_fdcan", "test_linux_")  # their subject is no mutated source
+OTHERS = ("test_board_", "test_fdcan", "test_linux_")  # these do not test a mutated source
 JOBS = 2
-CONTROL = 0  # the number of no mutant
+CONTROL = 0  # number of the unmodified source
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Test:
 
     number: int
     name: str
-    steps: int  # of loops, without a mutant
+    steps: int  # steps of loops without a mutant
     reaches: frozenset[int]
 
 
@@ -47,7 +47,7 @@ def run(command: list[object]) -> str:
 
 
 def instrument() -> list[Mutant]:
-    """Writes the instrumented tree; returns its mutants. What does not change keeps its time."""
+    """Writes the instrumented tree; returns its mutants. An unchanged file keeps its modification time."""
     files = [file for room in MUTATED for file in sorted((FIRMWARE / room).glob("*.[ch]"))]
     schemata = Schemata(numeric_macros([*files, *sorted((FIRMWARE / "wire" / "generated").glob("*.h"))]))
     texts = {file: schemata.instrument(str(file.relative_to(FIRMWARE)), file.read_text()) for file in files}
@@ -93,7 +93,7 @@ class Programs:
         folder = BUILD / f"{self.numeric}{'-record' if record else ''}"
         (folder / "object").mkdir(parents=True, exist_ok=True)
         sources = [file for room in INCLUDED for file in sorted((TREE / "firmware" / room).glob("*.c"))]
-        sources.remove(TREE / "firmware" / "pair" / "second.c")  # of a build of two channels
+        sources.remove(TREE / "firmware" / "pair" / "second.c")  # only in a build of two channels
         sources += [*sorted((TREE / "tests" / "robots").glob("*.c")), HERE / "mutant_main.c", self.unity / "unity.c"]
         archive = folder / "firmware.a"
         headers = [*TREE.rglob("*.h"), *HERE.glob("mutant*")]
@@ -123,7 +123,7 @@ class Programs:
             return dict(pool.map(linked, self.names))
 
     def record(self) -> dict[str, list[Test]]:
-        """What each test reaches, by program."""
+        """The mutants that each test reaches, by program."""
         programs = self.built(record=True)
         with ThreadPoolExecutor(JOBS) as pool:
             outputs = pool.map(lambda program: run([program, "record"]), programs.values())

@@ -1,7 +1,7 @@
-"""Mutant schemata: C sources in which every mutant is an expression that a global number chooses at run time.
+"""Mutant schemata: C sources in which every mutant is an expression that a global number selects at run time.
 
-`a + b` becomes `(MUTANT(17) ? (a - b) : (a + b))`. Only one mutant is active at a time, so the mutated side holds the
-original text of its operands, and the text grows linearly. What has to be a constant expression stays as it is.
+`a + b` becomes `(MUTANT(17) ? (a - b) : (a + b))`. Only one mutant is active at a time, so the mutated side contains
+the original text of its operands, and the text grows linearly. Constant expressions stay unchanged.
 """
 
 import re
@@ -21,7 +21,7 @@ ASSIGNMENT = {"+=": "-=", "-=": "+=", "*=": "/=", "/=": "*=", "%=": "*=", "<<=":
               "|=": "&=", "^=": "&="}  # fmt: skip
 UPDATE = {"++": "--", "--": "++"}
 LOOPS = ("for_statement", "while_statement", "do_statement")
-# Subtrees that the compiler wants to be constant, or that are no expressions.
+# Subtrees that must be constant for the compiler, or that are not expressions.
 CONSTANT = ("sizeof_expression", "type_descriptor", "attribute_specifier", "subscript_designator", "static_assert",
             "preproc_call", "preproc_include", "preproc_def", "alignof_expression", "comment")  # fmt: skip
 MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Z][A-Z0-9_]+)[ \t]+(\(?-?(?:NUM\()?[0-9.])?", re.MULTILINE)
@@ -29,7 +29,7 @@ MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Z][A-Z0-9_]+)[ \t]+(\(?-?(?:N
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change. `file` lies below firmware/; `occurrence` counts equal changes within a function, from 1."""
+    """One change. `file` is a path below firmware/; `occurrence` counts equal changes within a function, from 1."""
 
     number: int
     file: str
@@ -44,7 +44,7 @@ class Mutant:
 
 
 def numeric_macros(files: list[Path]) -> set[str]:
-    """Names that stand for a number in each of their definitions. Mutated where an expression uses them."""
+    """Macros that are a number in each of their definitions. They are mutated where an expression uses them."""
     found = [match for file in files for match in MACRO.findall(file.read_text())]
     return {name for name, number in found if number} - {name for name, number in found if not number}
 
@@ -146,7 +146,7 @@ class Schemata:
         return self.between(node, parts)
 
     def condition(self, node: Node) -> str:
-        """Something that is true or false: true, false, and what is mutated within."""
+        """A condition: mutated to true, to false, and in its parts."""
         if node.type == "parenthesized_expression":
             return self.between(node, {child.id: self.condition(child) for child in node.named_children})
         if node.type == "binary_expression":

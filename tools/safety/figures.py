@@ -29,19 +29,19 @@ def wire_lines() -> list[str]:
         "## Residual error of the wire",
         "",
         *paragraph(
-            f"Assumed: independent bit errors of probability p, {FRAMES_PER_CYCLE} frames of 8 bytes a cycle, 1000",
-            f"cycles a second. Of the {BITS} bits of a frame the CRC-8 of E2E profile 2 lets no error of up to 3",
-            f"bits pass, {weights()[4]:,} of 4 bits and none of an odd number of bits (exact, by the weights of",
-            "its code, for errors that leave the counter as it is).",
+            f"Assumed: independent bit errors of probability p, {FRAMES_PER_CYCLE} frames of 8 bytes per cycle, 1000",
+            f"cycles per second. In the {BITS} bits of a frame the CRC-8 of E2E profile 2 detects every error of up to",
+            f"3 bits and of an odd number of bits, and misses {weights()[4]:,} errors of 4 bits (exact, by the",
+            "weights of its code, for errors that do not change the counter).",
         ),
         *paragraph(
-            f"Behind CAN: two or more errors among at most {WIRE_BITS} bits on the wire, which CAN's own CRC",
-            f"misses with {CAN_UNDETECTED:g} (two bit errors that move stuff bits; Tran, Multi-Bit Error",
+            f"With CAN's check before it: two or more errors among at most {WIRE_BITS} bits on the wire, which CAN's",
+            f"CRC misses with {CAN_UNDETECTED:g} (two bit errors that move stuff bits; Tran, Multi-Bit Error",
             "Vulnerabilities in the Controller Area Network Protocol, Carnegie Mellon University, 1999; classic",
-            "CAN), and the CRC-8 with 2^-8. CAN FD counts its stuff bits; no credit is taken for it. At p =",
-            f"{limit:.2g} one frame in 13 is wrong, which is ErrorRate: a worse bus does not permit.",
+            "CAN), and the CRC-8 with 2^-8. CAN FD counts its stuff bits; the figures do not use this. At p =",
+            f"{limit:.2g} one frame in 13 is wrong, which causes ErrorRate: the guard permits nothing on a worse bus.",
         ),
-        "| p | wrong frames, CRC-8 alone | an hour | behind CAN | an hour |",
+        "| p | wrong frames, CRC-8 alone | per hour | with CAN's check | per hour |",
         "|---|---|---|---|---|",
     ]
     for p in (limit, 1e-4, 1e-5, 1e-6):
@@ -54,8 +54,8 @@ def wire_lines() -> list[str]:
         "",
         *paragraph(
             "An undetected wrong frame is not yet a missed collision: it must also pass the range and",
-            "plausibility checks, and one wrong reading moves the filtered index for one cycle. No credit is",
-            "taken for that.",
+            "plausibility checks, and one wrong reading changes the filtered index for one cycle. The figures do",
+            "not use this.",
         ),
     ]
 
@@ -84,8 +84,8 @@ def reaction_lines() -> list[str]:
         *paragraph(
             "From a step of external torque of twice a threshold to the end of the robot's permission, ms. The",
             "guard's part is the firmware's own `config_reaction_us`, for the slowest task, with lost cycles up",
-            "to the joint deadline. Sensors, drives and the stopping time of the arm come on top. They are the",
-            "integrator's.",
+            "to the joint deadline. The integrator must add sensors, drives and the stopping",
+            "time of the arm.",
         ),
         "| preset, robot | sample | lost cycles | filter, debounce | tick | guard | answer window | guard and wire |",
         "|---|---|---|---|---|---|---|---|",

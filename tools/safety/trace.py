@@ -2,8 +2,8 @@
 """Requirement to code to test to result: checks docs/safety/requirements.toml and writes docs/safety/requirements.md.
 
     trace.py                      writes the page
-    trace.py --check              says what is missing or not current, one line each; exit code 1
-    trace.py --results FILE.xml   the page with the results of that run (JUnit), on the standard output
+    trace.py --check              one line for each gap, and for a page that is not current; exit code 1
+    trace.py --results FILE.xml   prints the page with the results of that run (JUnit)
 
 A gap is: a requirement without a hazard, code or test; a hazard without a requirement; a function or test that does not
 exist; a reason of StopCommand that no requirement names; with results, a test that did not run or failed.
@@ -62,7 +62,7 @@ def defines(reference: str, root: Path = ROOT) -> bool:
 
 
 def gaps(requirements: list[Requirement], known_hazards: list[str], root: Path = ROOT) -> list[str]:
-    """What is missing, one line each."""
+    """The gaps, one line each."""
     lines = []
     ids = [requirement.id for requirement in requirements]
     lines += [f"{name}: twice" for name in sorted({name for name in ids if ids.count(name) > 1})]
@@ -80,7 +80,7 @@ def gaps(requirements: list[Requirement], known_hazards: list[str], root: Path =
     lines += [f"{name}: no requirement" for name in known_hazards if name not in met]
     named = {name for requirement in requirements for name in requirement.reasons}
     lines += [f"reason {reason.name}: no requirement" for reason in Reason if reason.name not in named]
-    lines += [f"reason {name}: not of the DBC" for name in sorted(named - {reason.name for reason in Reason})]
+    lines += [f"reason {name}: not in the DBC" for name in sorted(named - {reason.name for reason in Reason})]
     return lines
 
 

@@ -1,12 +1,13 @@
-"""Residual error probability of the wire: exactly for E2E profile 2, and with CAN's own check in front of it.
+"""Residual error probability of the wire: exact for E2E profile 2 alone, and estimated with the check of CAN before it.
 
 A frame of 64 bits is a code word of the CRC-8 (polynomial 0x2F) over 56 bits of data. An error is undetected if it is a
-code word itself. The numbers A_i of code words of weight i follow from the dual code, of 256 words, by MacWilliams'
-identity. For independent bit errors of probability p, the residual error probability is the sum of A_i p^i (1-p)^(n-i).
+code word itself. The numbers A_i of code words of weight i follow from the dual code of 256 words by the identity of
+MacWilliams. For independent bit errors of probability p, the residual error probability is the sum of A_i p^i
+(1-p)^(n-i).
 
-Profile 2 appends a data id that the counter picks. For an error that leaves the counter as it is, the sum is exact. One
-that changes the counter, and more than one bit, is undetected with probability 2^-8, about: `residual` adds these. A
-single flipped bit is always found (tests/unit/test_e2e.c).
+Profile 2 appends a data id that the counter selects. For an error that does not change the counter, the sum is exact.
+An error that changes the counter and more than one bit is undetected with a probability of about 2^-8; `residual` adds
+these errors. A single flipped bit is always detected (tests/unit/test_e2e.c).
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from math import comb
 
 POLYNOMIAL = 0x2F
 CRC_BITS = 8
-BITS = 64  # of a frame with 8 bytes, the CRC among them
+BITS = 64  # of a frame with 8 bytes, including the CRC
 COUNTER_BITS = 4
 # Bits of a frame on the wire that an error can hit: a classic frame with 8 bytes and every stuff bit.
 WIRE_BITS = 135
 # Two errors in a CAN frame undetected by CAN's CRC, because of stuff bits (Tran, Carnegie Mellon University, 1999).
 CAN_UNDETECTED = 1.3e-7
-# A sender with more bad frames than this is a stop (guard_receive.c: a bad frame counts 8 and costs 4 more as missing).
+# More bad frames of a sender cause a stop (guard_receive.c: a bad frame counts 8, and 4 more as a missing one).
 ERROR_RATE_LIMIT = 1 / 13
 
 
@@ -37,7 +38,7 @@ def reduce(word: int) -> int:
 
 def weights(bits: int = BITS) -> list[int]:
     """Code words of each weight, 0 to `bits`."""
-    # The syndrome of each single error: the data id lies between the data and the CRC, and no error hits it.
+    # The syndrome of each single error: the data id is between the data and the CRC, and errors do not affect it.
     columns = [reduce(1 << position) for position in (*range(CRC_BITS), *range(2 * CRC_BITS, bits + CRC_BITS))]
     dual = [0] * (bits + 1)
     for word in range(1 << CRC_BITS):
@@ -53,7 +54,7 @@ def krawtchouk(bits: int, weight: int, of: int) -> int:
 
 
 def residual(p: float, bits: int = BITS) -> float:
-    """Probability that a frame is wrong and its CRC-8 fits."""
+    """Probability that a frame is wrong and its CRC-8 is valid."""
     chance, other = Fraction(p), 1 - Fraction(p)
     same_counter = float(
         sum(count * chance**i * other ** (bits - i) for i, count in enumerate(weights(bits)) if i and count)
@@ -77,14 +78,14 @@ class Estimate:
 
     p: float
     e2e: float  # probability per frame, CAN not counted
-    with_can: float  # per frame, behind CAN's check
+    with_can: float  # per frame, with CAN's check before it
     e2e_per_hour: float
     with_can_per_hour: float
 
 
 def estimate(p: float, frames_per_s: float) -> Estimate:
-    """For independent bit errors of probability p. `with_can`: a frame of the wire has two or more errors, CAN does not
-    see them, and the CRC-8 fits by chance."""
+    """For independent bit errors of probability p. `with_can`: a frame on the wire has two or more errors, CAN does
+    not detect them, and the CRC-8 is valid by chance."""
     alone = residual(p)
     two = 1 - (1 - p) ** WIRE_BITS - WIRE_BITS * p * (1 - p) ** (WIRE_BITS - 1)
     behind = max(two, 0.0) * CAN_UNDETECTED * 2.0**-CRC_BITS

@@ -50,7 +50,7 @@ const protocol_transmit_t protocol_transmit[PROTOCOL_TRANSMIT_COUNT] = {
 };
 
 uint32_t protocol_slot(uint32_t id) {
-    const uint32_t joint = id - 0x101u; /* beyond the joints, or wrapped far beyond them */
+    const uint32_t joint = id - 0x101u; /* a number beyond the joints, or a wrapped one */
     if (joint < 8u) {
         return PROTOCOL_RECEIVE_JOINT_STATE + joint;
     }
