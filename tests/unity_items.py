@@ -1,8 +1,9 @@
 """pytest collects the unit tests of the firmware: each test function of tests/unit/test_*.c, in both numeric types.
 
-A file is one Unity program, linked with the whole firmware under the address and undefined-behaviour sanitizers. It is
-built and run once, when the first of its tests is due; every test then has its own verdict. A program that does not
-build, crashes or hangs fails each test without a verdict. A test function that is never run fails too.
+A file is one Unity program, linked with the whole firmware under the address and undefined-behaviour sanitizers. All
+programs of a session are built when the first test is due. Each is run once; every test then has its own verdict. A
+program that does not build, crashes or hangs fails each test without a verdict. A test function that is never run
+fails too.
 """
 
 import functools
@@ -20,13 +21,24 @@ VERDICT = re.compile(r"^[^\n:]*:\d+:(\w+):(PASS|FAIL|IGNORE)", re.MULTILINE)
 WRITTEN = re.compile(r"^(?:static\s+)?void\s+(test_\w+)\s*\(\s*void\s*\)\s*\{", re.MULTILINE)
 
 
+wanted: set[str] = set()  # the programs of this session, below build
+
+
+@functools.cache
+def build_wanted() -> bool:
+    """Builds all programs of the session at once: looking at each one alone takes longer than running it."""
+    command = ["nice", ROOT / "tools" / "build", "-k", *sorted(wanted)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, check=False).returncode == 0
+
+
 @functools.cache
 def verdicts(program: str, numeric: str) -> tuple[dict[str, str], str]:
     """The verdict on each test of the program, and the output of a failure."""
     path = BUILD / "unit" / numeric / program
-    built = make(str(path.relative_to(ROOT)), check=False)
-    if built.returncode != 0:
-        return {}, f"{program} does not build:\n{built.stdout[-4000:]}"
+    if not build_wanted():
+        built = make(str(path.relative_to(ROOT)), check=False)
+        if built.returncode != 0:
+            return {}, f"{program} does not build:\n{built.stdout[-4000:]}"
     try:
         done = subprocess.run(
             [path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT_S, cwd=ROOT, check=False
@@ -80,3 +92,9 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     if file_path.parent == ROOT / "tests" / "unit" and file_path.match("test_*.c"):
         return UnityFile.from_parent(parent, path=file_path)
     return None
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    for item in session.items:
+        if isinstance(item, UnityItem):
+            wanted.add(f"build/unit/{item.numeric}/{item.path.stem}")
