@@ -41,9 +41,6 @@
 #define TAUPERP_GUARD_STATUS_NUMERIC_UNINITIALISED_CHOICE 0u
 #define TAUPERP_GUARD_STATUS_NUMERIC_FLOAT32_CHOICE 1u
 #define TAUPERP_GUARD_STATUS_NUMERIC_Q9_22_CHOICE 2u
-#define TAUPERP_GUARD_STATUS_VARIANT_PRODUCT_CHOICE 0u
-#define TAUPERP_GUARD_STATUS_VARIANT_LOCKSTEP_CHOICE 1u
-#define TAUPERP_GUARD_STATUS_VARIANT_EMULATOR_CHOICE 2u
 #define TAUPERP_GUARD_STATUS_FORMAT_UNINITIALISED_CHOICE 0u
 #define TAUPERP_GUARD_STATUS_FORMAT_CLASSIC_CHOICE 1u
 #define TAUPERP_GUARD_STATUS_FORMAT_FD_CHOICE 2u
@@ -52,106 +49,49 @@
 #define TAUPERP_GUARD_STATUS_CHANNELS_TWO_CHOICE 2u
 
 struct tauperp_stop_command_t {
-    uint8_t crc;
-    uint8_t counter;
-    uint8_t joint;
-    uint8_t permission;
-    uint8_t permission_inverted;
-    uint8_t stop_category;
-    uint8_t cycle;
-    uint8_t reason;
-    uint8_t trip_number;
+    uint8_t crc, counter, joint, permission, permission_inverted, stop_category, cycle, reason, trip_number;
     int16_t index_value;
 };
 
 struct tauperp_sync_t {
-    uint8_t crc;
-    uint8_t counter;
+    uint8_t crc, counter;
     uint16_t cycle;
 };
 
 struct tauperp_guard_reset_t {
-    uint8_t crc;
-    uint8_t counter;
-    uint8_t request;
-    uint8_t trip_number;
+    uint8_t crc, counter, request, trip_number;
 };
 
 struct tauperp_task_command_t {
-    uint8_t crc;
-    uint8_t counter;
-    uint8_t task;
-    int16_t accel_x;
-    int16_t accel_y;
-    int16_t accel_z;
+    uint8_t crc, counter, task;
+    int16_t accel_x, accel_y, accel_z;
 };
 
 struct tauperp_joint_state_t {
-    uint8_t crc;
-    uint8_t counter;
-    uint8_t sensor_status;
-    uint8_t cycle_high;
-    int16_t position;
-    int16_t velocity;
-    int16_t torque;
+    uint8_t crc, counter, sensor_status, cycle_high;
+    int16_t position, velocity, torque;
 };
 
 struct tauperp_guard_status_t {
-    uint8_t crc;
-    uint8_t counter;
-    uint8_t page;
-    uint8_t state;
-    uint16_t crc_errors;
-    uint16_t range_errors;
-    uint16_t resets_refused;
-    uint16_t firmware_version;
+    uint8_t crc, counter, page, state;
+    uint16_t crc_errors, range_errors, resets_refused, firmware_version;
     uint32_t config_crc;
-    uint8_t robot_joints;
-    uint8_t start_cause;
-    uint8_t task;
-    uint8_t numeric;
-    uint8_t variant;
-    uint8_t reason;
-    uint8_t format;
-    uint8_t restarts;
-    uint16_t smallest_singular;
-    uint16_t sequence_errors;
-    uint16_t format_errors;
-    uint16_t trip_count;
+    uint8_t robot_joints, start_cause, task, numeric, variant, reason, format, restarts;
+    uint16_t smallest_singular, sequence_errors, format_errors, trip_count;
     uint8_t wire_version;
     uint16_t worst_tick_time;
-    uint8_t channel;
-    uint8_t channels;
-    uint8_t config_schema;
-    uint16_t tick_time;
-    uint16_t lost_frames;
-    uint16_t late_frames;
-    uint16_t saturations;
-    uint16_t build_id;
-    uint16_t deadline_margin;
+    uint8_t channel, channels, config_schema;
+    uint16_t tick_time, lost_frames, late_frames, saturations, build_id, deadline_margin;
 };
 
 struct tauperp_guard_index_t {
-    uint8_t crc;
-    uint8_t counter;
-    uint8_t joint;
-    int16_t residual;
-    int16_t index;
+    uint8_t crc, counter, joint;
+    int16_t residual, index;
     uint16_t threshold;
 };
 
 struct tauperp_guard_event_t {
-    uint8_t crc;
-    uint8_t counter;
-    uint8_t event_slot;
-    uint8_t event_part;
-    uint8_t event_trip;
-    uint8_t event_sample;
-    uint8_t sample_joint;
-    uint8_t event_reason;
-    uint8_t sample_task;
-    uint8_t sample_channel;
-    uint8_t event_joint;
+    uint8_t crc, counter, event_slot, event_part, event_trip, event_sample, sample_joint, event_reason, sample_task, sample_channel, event_joint;
     int16_t sample_residual;
     uint8_t event_joints;
     uint16_t event_step;
