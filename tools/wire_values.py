@@ -16,6 +16,7 @@ TABLES = {
     "GuardStatus.State": ("guard_state_t", "GUARD_STATE", "State", "State of the guard"),
     "StopCommand.Reason": ("guard_reason_t", "GUARD_REASON", "Reason", "Why motion is not permitted"),
     "GuardStatus.StartCause": ("guard_start_t", "GUARD_START", "Start", "Why the guard started"),
+    "GuardStatus.ContactClass": ("contact_class_t", "CONTACT_CLASS", "ContactClass", "Kind of contact of a collision"),
     "GuardStatus.Variant": ("guard_variant_t", "GUARD_VARIANT", "Variant", "What an image was built for"),
     "GuardStatus.Page": ("guard_page_t", "PAGE", "Page", "Content of a GuardStatus frame"),
     "TaskCommand.Task": ("task_t", "TASK", "Task", "What the end-effector does"),

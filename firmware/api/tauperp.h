@@ -52,7 +52,7 @@ extern "C" {
 
 #define TAUPERP_MAX_JOINTS  8u
 #define TAUPERP_MAX_FRAMES  2u    /* most frames of one tick */
-#define TAUPERP_GUARD_BYTES 5632u /* enough for the state of a guard with eight joints */
+#define TAUPERP_GUARD_BYTES 6656u /* enough for the state of a guard with eight joints */
 
 /* The state of one guard. Allocate it statically. Its content is private. */
 typedef struct {

@@ -168,3 +168,7 @@ void index_step(index_t *self, const subspace_config_t *config, const index_conf
         self->explained[i] = num_subtract(torque[i], self->unexplained[i], &self->saturations);
     }
 }
+
+void index_reject(index_t *self, const num_t torque[], num_t unexplained[]) {
+    projection_reject(&self->projection, torque, unexplained);
+}

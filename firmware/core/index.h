@@ -102,4 +102,7 @@ void index_step(index_t *self, const subspace_config_t *config, const index_conf
                 const motion_t *motion, const observer_t *observer, const acceleration_t *acceleration,
                 const regressor_t *regressor);
 
+/* The unexplained part of any torque, with the columns of the last step. ROBOT_JOINTS entries each. */
+void index_reject(index_t *self, const num_t torque[], num_t unexplained[]);
+
 #endif

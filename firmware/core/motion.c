@@ -70,6 +70,12 @@ NUM_STEP vec3_t point_of(const frame_t *frame, const vec3_t *v, uint32_t *satura
 }
 
 static inline void keep_axis(motion_t *self, uint32_t i, const frame_t *frame) {
+    if (i == self->watched) {
+        self->link_x = frame->row_x;
+        self->link_y = frame->row_y;
+        self->link_z = frame->row_z;
+        self->link_origin = frame->origin;
+    }
     self->jacobian[3][i] = frame->row_x.z;
     self->jacobian[4][i] = frame->row_y.z;
     self->jacobian[5][i] = frame->row_z.z;
@@ -136,6 +142,7 @@ NUM_STEP void forward(motion_t *self, const robot_t *robot, const num_t q[], con
     self->tool_y = frame.row_y;
     self->tool_z = frame.row_z;
     const vec3_t tip = point_of(&frame, &robot->tip, sat);
+    self->tip = tip;
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
         const vec3_t axis = {.x = self->jacobian[3][i], .y = self->jacobian[4][i], .z = self->jacobian[5][i]};
         const vec3_t linear = vec3_cross(axis, vec3_subtract(tip, origins[i], sat), sat);

@@ -23,6 +23,10 @@ typedef struct {
     num_t coriolis[ROBOT_MAX_JOINTS];
     num_t gravity[ROBOT_MAX_JOINTS];
     num_t jacobian[MOTION_TWIST_ROWS][ROBOT_MAX_JOINTS]; /* entries from joint_count on are zero */
+    vec3_t tip;                                          /* the end-effector point in the base frame */
+    uint32_t watched;                                    /* input: the link whose frame the next step keeps, 0 to n-1 */
+    vec3_t link_x, link_y, link_z;                       /* its frame: as tool_x, tool_y, tool_z */
+    vec3_t link_origin;                                  /* in the base frame */
     vec3_t tool_x, tool_y,
         tool_z; /* base axes in the last link's frame: a vector v of it is (x . v, y . v, z . v) in the base frame */
     uint32_t token;       /* token.h */

@@ -30,6 +30,10 @@ void projection_soft(projection_t *self, uint32_t n, uint32_t k, const num_t col
     self->converged = converged && self->jacobi.converged;
 }
 
+void projection_reject(projection_t *self, const num_t tau[], num_t rejected[]) {
+    jacobi_reject(&self->jacobi, tau, rejected);
+}
+
 uint32_t projection_saturations(const projection_t *self) {
     return self->jacobi.saturations;
 }
@@ -41,11 +45,13 @@ void projection_init(projection_t *self) {
     soft_init(&self->soft);
     self->smallest = NUM(0);
     self->rank = 0;
+    self->soft_projector = false;
     self->converged = false;
 }
 
 void projection_hard(projection_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS],
                      num_t tolerance, const num_t tau[], num_t rejected[]) {
+    self->soft_projector = false;
     subspace_step(&self->subspace, n, k, column, tolerance);
     subspace_reject(&self->subspace, tau, rejected);
     self->smallest = self->subspace.smallest;
@@ -56,11 +62,20 @@ void projection_hard(projection_t *self, uint32_t n, uint32_t k, const num_t col
 void projection_soft(projection_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s,
                      const num_t tau[], num_t rejected[], uint32_t first, num_t first_rejected[]) {
     (void)n;
+    self->soft_projector = true;
     soft_step(&self->soft, k, column, s);
     soft_reject(&self->soft, tau, rejected, first, first_rejected);
     self->smallest = self->soft.smallest;
     self->rank = self->soft.columns - (((self->soft.columns > 0u) && (self->smallest <= s)) ? 1u : 0u);
     self->converged = true;
+}
+
+void projection_reject(projection_t *self, const num_t tau[], num_t rejected[]) {
+    if (self->soft_projector) {
+        soft_reject(&self->soft, tau, rejected, 0u, rejected);
+    } else {
+        subspace_reject(&self->subspace, tau, rejected);
+    }
 }
 
 uint32_t projection_saturations(const projection_t *self) {

@@ -20,6 +20,7 @@ typedef struct {
 #else
     subspace_t subspace;
     soft_t soft;
+    bool soft_projector; /* of the last step */
 #endif
     num_t smallest; /* singular value of A, or a bound below it (subspace.h); 0 without columns */
     uint32_t rank;  /* directions that are explained; soft: columns, less one near a singularity */
@@ -31,6 +32,9 @@ void projection_hard(projection_t *self, uint32_t n, uint32_t k, const num_t col
                      num_t tolerance, const num_t tau[], num_t rejected[]);
 void projection_soft(projection_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s,
                      const num_t tau[], num_t rejected[], uint32_t first, num_t first_rejected[]);
+
+/* rejected <- the unexplained part of any torque, with the columns of the last step. */
+void projection_reject(projection_t *self, const num_t tau[], num_t rejected[]);
 uint32_t projection_saturations(const projection_t *self);
 
 #endif

@@ -17,7 +17,8 @@ typedef enum {
     TOKEN_EXPLAINED = 5,
     TOKEN_BANK = 6,
     TOKEN_DETECTOR = 7,
-    TOKEN_REGRESSOR = 8
+    TOKEN_REGRESSOR = 8,
+    TOKEN_SIGHT = 9
 } token_stage_t;
 
 /* Token of a stage from the previous stage's token and the bits of this stage's input. Never zero: bit 0 is set. */

@@ -13,14 +13,16 @@
 #include "detector.h"
 #include "explained.h"
 #include "index.h"
+#include "lever.h"
 #include "observer.h"
 #include "regressor.h"
 #include "robot.h"
 #include "sensor.h"
+#include "sight.h"
 #include "values.h"
 
 #define CONFIG_MAGIC   0x50524554u /* "TERP" */
-#define CONFIG_SCHEMA  3u
+#define CONFIG_SCHEMA  4u
 #define CONFIG_MAX_GAP OBSERVER_MAX_GAP /* most cycles that one observer step may bridge */
 
 typedef enum { FORMAT_CLASSIC = 1, FORMAT_FD = 2 } wire_format_t;
@@ -31,6 +33,7 @@ typedef struct {
     index_config_t index;
     detector_config_t detector;
     explained_config_t limits;
+    uint32_t needed_links; /* that it has to see, a bit each: sight.h */
 } task_config_t;
 
 typedef struct {
@@ -60,6 +63,8 @@ typedef struct {
     acceleration_config_t acceleration;
     regressor_config_t regressor;
     sensor_config_t sensor;
+    lever_config_t shape;
+    sight_config_t sight;
     task_config_t task[TASK_COUNT]; /* by task_t; [TASK_INVALID] stays INDEX_OFF */
     robot_t robot;
 } guard_config_t;
@@ -87,7 +92,8 @@ typedef enum {
     GUARD_BAD_LIMITS = 17,             /* a limit on what a task explains is outside its bounds */
     GUARD_BAD_BANK = 18,               /* a channel's gain is not 1, or no channel of a task detects a constant force */
     GUARD_TOO_SLOW = 19,               /* the worst-case reaction time is beyond CONFIG_REACTION_MAX_US */
-    GUARD_BAD_PAIR = 20                /* the blocks of the two channels are of different installations */
+    GUARD_BAD_PAIR = 20,               /* the blocks of the two channels are of different installations */
+    GUARD_BAD_SIGHT = 21               /* a link's shape, a needed link or the reaction is outside its bounds */
 } guard_status_t;
 
 /* GUARD_OK if and only if the guard can run with the block and can detect collisions: every bound of config_bounds.h is

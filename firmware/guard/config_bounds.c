@@ -107,6 +107,22 @@ static bool sensor_is_valid(const guard_config_t *config) {
     return valid;
 }
 
+static bool sight_is_valid(const guard_config_t *config) {
+    const uint32_t joints = config->robot.joint_count;
+    bool valid = (config->sight.reaction < (uint32_t)SIGHT_REACTIONS) &&
+                 is_up_to(config->sight.force_n, NUM(CONFIG_SIGHT_MAX_N));
+    for (uint32_t i = 0; i < joints; ++i) {
+        valid = valid && is_zero_up_to(config->shape.half_m[i], NUM(CONFIG_SHAPE_MAX_M));
+        for (uint32_t a = 0; a < 3u; ++a) {
+            valid = valid && is_zero_up_to(num_abs(config->shape.middle[i][a]), NUM(CONFIG_SHAPE_MAX_M));
+        }
+    }
+    for (uint32_t t = 0; t < (uint32_t)TASK_COUNT; ++t) {
+        valid = valid && ((config->task[t].needed_links >> joints) == 0u);
+    }
+    return valid;
+}
+
 guard_status_t config_bounds_check(const guard_config_t *config) {
     if (!robot_is_valid(&config->robot)) {
         return GUARD_BAD_ROBOT;
@@ -128,6 +144,9 @@ guard_status_t config_bounds_check(const guard_config_t *config) {
     }
     if (!bank_is_valid(config) || !regressor_is_valid(config)) {
         return GUARD_BAD_BANK;
+    }
+    if (!sight_is_valid(config)) {
+        return GUARD_BAD_SIGHT;
     }
     const guard_status_t status = check_tasks(config);
     if (status != GUARD_OK) {

@@ -31,6 +31,8 @@
 #define CONFIG_MOMENT_SLACK_MAX_NM 20
 #define CONFIG_ERROR_MAX_M_S2      10
 #define CONFIG_FORCE_FLOOR_MAX_N   20
+#define CONFIG_SIGHT_MAX_N         500
+#define CONFIG_SHAPE_MAX_M         4 /* of a link's middle from its frame, each coordinate, and its half length */
 #define CONFIG_POINT_MAX_M         1 /* distance of a contact from the end-effector point, each coordinate */
 
 /* Checks the bounds alone, for a block with valid identity and CRC: GUARD_OK, or the first violated bound. */

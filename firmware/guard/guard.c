@@ -13,11 +13,13 @@ static void trip(guard_t *self, guard_state_t state, const guard_event_t *event)
                                 .number = (self->trip.number == UINT8_MAX) ? 1u : (uint8_t)(self->trip.number + 1u),
                                 .joint = (uint8_t)event->joint,
                                 .category = (uint8_t)event->category,
+                                .channel = (uint8_t)event->channel,
                                 .value_nm = event->value_nm,
                                 .threshold_nm = event->threshold_nm};
     self->healthy = false;
     self->calm = false;
     rise_start(&self->rise, self->last_tick_us);
+    contact_note_trip(self, event);
     self->inputs.request = true; /* both frames of the reset's edge must come after the trip */
     self->inputs.edge = false;
     count(&self->counters.trips, 1u);
@@ -79,6 +81,7 @@ static guard_event_t worse_event(const guard_t *self, const guard_event_t *input
         contact.category = (contact.category < second) ? contact.category : second;
         if (rising && self->detector.tripped) {
             contact.joint = self->rise.joint + 1u;
+            contact.channel = self->detector.channel[self->rise.joint];
             contact.value_nm = self->detector.value_nm[self->rise.joint];
             contact.threshold_nm = self->detector.threshold_nm[self->rise.joint];
         } else if (!self->calm) {
@@ -110,6 +113,7 @@ static void evaluate(guard_t *self, guard_finding_t *finding) {
         wish_fault(self, finding, GUARD_REASON_STATE_CORRUPT);
     } else {
         self->evaluated = true;
+        contact_step(self);
         self->inputs.joints = (guard_input_t){.good_us = self->inputs.completed_us, .seen = true};
     }
 }
@@ -119,6 +123,7 @@ static void look_at_inputs(guard_t *self, uint64_t now_us, guard_finding_t *find
         evaluate(self, finding);
     }
     const bool saturated = stages_saturated(self);
+    finding->saturated = saturated;
     finding->missing = missing_input(self, now_us);
     const guard_event_t input = input_event(self, finding->missing, saturated);
     finding->healthy = (input.reason == GUARD_REASON_NONE) && self->inputs.clocks_agree && !is_touched(self);

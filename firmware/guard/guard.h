@@ -20,6 +20,7 @@
  *   - An input past its deadline; a sensor fault; a value out of range, implausible or frozen; an invalid task.
  *   - A Sync whose cycle number jumps; an observer restart; a sender with too many errors, or two senders under one id;
  *     time and cycles that advance at different rates.
+ *   - BLIND, if configured: the index does not see a link that the task needs.
  *   - ANOTHER_GUARD: a StopCommand on the bus. A robot cannot distinguish the answers of two guards.
  * One frame that is lost, repeated, late or fails its CRC is dropped and counted. It ends the permission only if no
  * good frame arrives before the deadline.
@@ -48,6 +49,7 @@
 #include "config.h"
 #include "e2e.h"
 #include "frame.h"
+#include "locate.h"
 #include "opinion.h"
 #include "protocol.h"
 #include "snapshot.h"
@@ -83,11 +85,19 @@ typedef struct {
     uint8_t trip_number;   /* of the last trip; 0 before the first */
     uint16_t cycle;        /* cycle of the newest Sync */
     uint8_t channel;       /* channel of the bank, 0 to 3, whose index is nearest to its threshold */
+    uint8_t value_channel; /* channel of value_nm */
+    bool full_speed;       /* the permission is not for the reduced speed only */
+    uint8_t blind_links;   /* bit per link, link 1 the lowest: the index in force does not see it (sight.h) */
+    uint8_t needed_links;  /* bit per link: the task in force must see it */
+    uint8_t contact_link;  /* link of the last collision, 1 to n; 0: cannot tell, or not yet */
+    uint8_t contact_class; /* contact_class_t of the last collision */
+    vec3_t contact_force;  /* on the robot, base frame, N; zero without a link */
     num_t value_nm;        /* the index of `joint` at the trip; for EXPLAINED_* the force in N or the moment in Nm */
     num_t threshold_nm;    /* the limit that it exceeded */
-    num_t residual[ROBOT_MAX_JOINTS];  /* r of this tick */
-    num_t index[ROBOT_MAX_JOINTS];     /* of this tick, in the channel nearest to its threshold */
-    num_t threshold[ROBOT_MAX_JOINTS]; /* threshold in force in that channel */
+    num_t residual[ROBOT_MAX_JOINTS];        /* r of this tick */
+    num_t index[ROBOT_MAX_JOINTS];           /* of this tick, in the channel nearest to its threshold */
+    num_t threshold[ROBOT_MAX_JOINTS];       /* threshold in force in that channel */
+    uint8_t index_channel[ROBOT_MAX_JOINTS]; /* its number */
     num_t smallest_singular; /* of the active basis, or a lower bound (subspace.h), Nm per N; 0 without a basis */
     uint32_t rank;
     uint32_t frame_count;
@@ -134,6 +144,7 @@ typedef struct {
     uint8_t number;  /* 1 to 255, then 1 again; 0 before the first */
     uint8_t joint;
     uint8_t category;
+    uint8_t channel; /* of the bank; 0 for a reason that is not of a channel */
     num_t value_nm;
     num_t threshold_nm;
 } guard_trip_t;
@@ -159,6 +170,16 @@ typedef struct {
     uint32_t joint;                    /* 0 to n-1: the last such joint */
 } rise_t;
 
+/* Which link the last collision hit, and what kind of contact it was. */
+typedef struct {
+    locate_t locate;
+    uint16_t rising[ROBOT_MAX_JOINTS]; /* consecutive snapshots with the joint's index above half of its threshold */
+    uint32_t held;                     /* snapshots since the trip with an index above its threshold in each */
+    bool slow;                         /* the index rose slowly to the trip */
+    bool touching;                     /* `held` still counts */
+    uint8_t kind;                      /* contact_class_t */
+} guard_contact_t;
+
 /* Content of the frames besides the verdict. */
 typedef struct {
     e2e_transmitter_t stop, status, index;
@@ -182,6 +203,8 @@ typedef struct {
     explained_t explained;
     bank_t bank;
     detector_t detector;
+    sight_t sight;
+    guard_contact_t contact;
     plausibility_t plausibility;
     rise_t rise;
     bool evaluated;          /* a snapshot went through every stage in this tick */
@@ -221,6 +244,7 @@ typedef struct {
     guard_reason_t reason; /* GUARD_REASON_NONE: it continues */
     uint32_t joint;        /* 1 to n, or 0 */
     uint32_t category;
+    uint32_t channel; /* of the bank */
     num_t value_nm;
     num_t threshold_nm;
 } guard_event_t;
@@ -230,7 +254,7 @@ typedef struct {
     wish_t wish;
     guard_event_t event; /* of the wish */
     input_t missing;
-    bool healthy, tested, fresh; /* as of opinion_t */
+    bool healthy, tested, fresh, saturated; /* as of opinion_t */
 } guard_finding_t;
 
 /* Checks the whole block and starts the guard. `config` must stay in place and unchanged while the guard is used. If

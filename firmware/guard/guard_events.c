@@ -60,6 +60,11 @@ bool healthy_for_long_enough(const guard_t *self, uint64_t now_us) {
     return self->healthy && ((now_us - self->healthy_since_us) >= self->config->reset_healthy_us);
 }
 
+bool is_blind(const guard_t *self) {
+    const uint32_t task = (self->task < (uint32_t)TASK_COUNT) ? self->task : (uint32_t)TASK_INVALID;
+    return (self->config->task[task].needed_links & self->sight.blind) != 0u;
+}
+
 /* --- events: what ends a permission ------------------------------------------------------------------------------- */
 
 guard_event_t contact_event(const guard_t *self) {
@@ -70,6 +75,7 @@ guard_event_t contact_event(const guard_t *self) {
         const bool sudden = config->bank.channel[channel].of == (uint32_t)CHANNEL_SUDDEN;
         event.reason = sudden ? GUARD_REASON_SUDDEN : GUARD_REASON_COLLISION;
         event.joint = self->detector.joint + 1u;
+        event.channel = channel;
         event.value_nm = self->detector.value_nm[self->detector.joint];
         event.threshold_nm = self->detector.threshold_nm[self->detector.joint];
     } else if (self->explained.tripped) {
@@ -98,6 +104,8 @@ guard_event_t input_event(const guard_t *self, input_t missing, bool saturated) 
         event.joint = self->plausibility.joint + 1u;
     } else if (!is_settled(self)) {
         event.reason = GUARD_REASON_OBSERVER_RESTART;
+    } else if (is_blind(self) && (self->config->sight.reaction == (uint32_t)SIGHT_WITHDRAW)) {
+        event.reason = GUARD_REASON_BLIND;
     } else if (saturated) {
         event.reason = GUARD_REASON_SATURATED;
     } else {

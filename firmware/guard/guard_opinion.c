@@ -32,11 +32,13 @@ void guard_tell(const guard_t *self, const guard_finding_t *finding, opinion_t *
                            .reason = (uint8_t)event->reason,
                            .joint = (uint8_t)event->joint,
                            .category = (uint8_t)event->category,
+                           .bank = (uint8_t)event->channel,
                            .value = micro(event->value_nm),
                            .threshold = micro(event->threshold_nm),
                            .healthy = finding->healthy,
                            .tested = finding->tested,
                            .fresh = finding->fresh,
+                           .saturated = finding->saturated,
                            .hard = self->config->subspace.projector == (uint32_t)PROJECTOR_HARD,
                            .state = (uint8_t)self->state,
                            .trip_number = self->trip.number,
@@ -60,12 +62,15 @@ guard_event_t opinion_event(const opinion_t *opinion) {
     return (guard_event_t){.reason = (guard_reason_t)opinion->reason,
                            .joint = opinion->joint,
                            .category = opinion->category,
+                           .channel = opinion->bank,
                            .value_nm = from_micro(opinion->value),
                            .threshold_nm = from_micro(opinion->threshold)};
 }
 
 #define CYCLE_BYTE      3u
 #define PERMISSION_BYTE 2u
+#define SPEED_BYTE      4u
+#define FULL_SPEED_BIT  0x80u
 
 void guard_confirm(const guard_output_t *own, can_frame_t *stop_command) {
     uint8_t *const data = stop_command->data;
@@ -74,6 +79,9 @@ void guard_confirm(const guard_output_t *own, can_frame_t *stop_command) {
     const uint8_t copy = move ? TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_MOVE_CHOICE
                               : TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_STOP_CHOICE;
     data[PERMISSION_BYTE] = (uint8_t)((data[PERMISSION_BYTE] & 0x0Fu) | (uint8_t)(copy << 4u));
+    if (!own->full_speed) {
+        data[SPEED_BYTE] = (uint8_t)(data[SPEED_BYTE] & (uint8_t)~FULL_SPEED_BIT);
+    }
     e2e_seal(data, stop_command->length, protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].data_ids,
              data[1] & E2E_COUNTER_MASK);
 }

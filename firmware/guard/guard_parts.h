@@ -61,8 +61,16 @@ bool is_settled(const guard_t *self);
 /* True if every input was good and nothing above its limits for reset_healthy_us. */
 bool healthy_for_long_enough(const guard_t *self, uint64_t now_us);
 
+/* The task in force needs a link that its index does not see. */
+bool is_blind(const guard_t *self);
+
 guard_event_t contact_event(const guard_t *self);
 guard_event_t input_event(const guard_t *self, input_t missing, bool saturated);
+
+/* guard_contact.c: what the collision was. contact_step once per evaluated snapshot, contact_note_trip at each trip. */
+void contact_init(guard_contact_t *self);
+void contact_note_trip(guard_t *self, const guard_event_t *event);
+void contact_step(guard_t *self);
 
 /* guard_verdict.c: the output of this tick, and the second computation of the permission. */
 void verdict_fill(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out);

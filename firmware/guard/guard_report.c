@@ -1,6 +1,7 @@
 #include "guard_parts.h"
 #include "messages.h"
 #include "scale.h"
+#include "vec3.h"
 #include "version.h"
 
 static uint16_t held16(uint32_t value) {
@@ -39,6 +40,8 @@ static void stop_command(guard_t *guard, guard_output_t *out) {
     message.permission_inverted = out->withheld ? TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_STOP_CHOICE
                                                 : TAUPERP_STOP_COMMAND_PERMISSION_INVERTED_MOVE_CHOICE;
     message.stop_category = out->stop_category;
+    message.channel = out->value_channel;
+    message.full_speed = out->full_speed ? 1u : 0u;
     message.cycle = (uint8_t)(out->cycle & 0x0Fu);
     message.reason = (uint8_t)out->reason;
     message.joint = out->joint;
@@ -52,6 +55,35 @@ static uint16_t singular_raw(num_t value) {
     return (uint16_t)scale_to_raw(value, PROTOCOL_GUARD_STATUS_SMALLEST_SINGULAR_SCALE,
                                   PROTOCOL_GUARD_STATUS_SMALLEST_SINGULAR_RAW_MIN,
                                   PROTOCOL_GUARD_STATUS_SMALLEST_SINGULAR_RAW_MAX);
+}
+
+static void fill_trip(const guard_trip_t *trip, struct tauperp_guard_status_t *message) {
+    message->trip_channel = trip->channel;
+    message->trip_joint = trip->joint;
+    message->trip_reason = (uint8_t)trip->reason;
+    message->trip_value = torque_raw(trip->value_nm);
+    message->trip_threshold = (uint16_t)scale_to_raw(trip->threshold_nm, PROTOCOL_GUARD_STATUS_TRIP_THRESHOLD_SCALE,
+                                                     PROTOCOL_GUARD_STATUS_TRIP_THRESHOLD_RAW_MIN,
+                                                     PROTOCOL_GUARD_STATUS_TRIP_THRESHOLD_RAW_MAX);
+}
+
+static int8_t direction_raw(num_t value) {
+    return (int8_t)scale_to_raw(value, PROTOCOL_GUARD_STATUS_CONTACT_X_SCALE, PROTOCOL_GUARD_STATUS_CONTACT_X_RAW_MIN,
+                                PROTOCOL_GUARD_STATUS_CONTACT_X_RAW_MAX);
+}
+
+/* Size and direction of the force. */
+static void fill_contact(const guard_output_t *out, struct tauperp_guard_status_t *message) {
+    const num_t size = vec3_length(out->contact_force);
+    const vec3_t direction = vec3_unit(out->contact_force, &(uint32_t){0});
+    message->contact_link = out->contact_link;
+    message->contact_class = out->contact_class;
+    message->contact_force = (uint16_t)scale_to_raw(size, PROTOCOL_GUARD_STATUS_CONTACT_FORCE_SCALE,
+                                                    PROTOCOL_GUARD_STATUS_CONTACT_FORCE_RAW_MIN,
+                                                    PROTOCOL_GUARD_STATUS_CONTACT_FORCE_RAW_MAX);
+    message->contact_x = direction_raw(direction.x);
+    message->contact_y = direction_raw(direction.y);
+    message->contact_z = direction_raw(direction.z);
 }
 
 /* Fields of other pages are not packed: the generated code writes those of `page` only. */
@@ -80,8 +112,11 @@ static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_
     message->start_cause = guard->start_cause;
     message->restarts = guard->restarts;
     message->variant = guard->variant;
-    message->channel = out->channel;
     message->channels = guard_is_alone(guard) ? 1u : 2u;
+    fill_trip(&guard->trip, message);
+    fill_contact(out, message);
+    message->blind_links = out->blind_links;
+    message->needed_links = out->needed_links;
     message->build_id = (uint16_t)(TAUPERP_BUILD_ID >> 16);
     if (guard->config != 0) {
         message->config_crc = guard->config->crc;
@@ -108,6 +143,7 @@ static void joint_index(guard_t *guard, guard_output_t *out, uint32_t joint) {
     message.joint = (uint8_t)joint;
     message.residual = torque_raw(out->residual[joint]);
     message.index = torque_raw(out->index[joint]);
+    message.channel = out->index_channel[joint];
     message.threshold =
         (uint16_t)scale_to_raw(out->threshold[joint], PROTOCOL_GUARD_INDEX_THRESHOLD_SCALE,
                                PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MIN, PROTOCOL_GUARD_INDEX_THRESHOLD_RAW_MAX);

@@ -11,7 +11,8 @@ static uint32_t expected_token(const snapshot_t *snapshot, uint32_t joints) {
     token = token_next(token, TOKEN_INDEX, 0u);
     token = token_next(token, TOKEN_EXPLAINED, 0u);
     token = token_next(token, TOKEN_BANK, 0u);
-    return token_next(token, TOKEN_DETECTOR, 0u);
+    token = token_next(token, TOKEN_DETECTOR, 0u);
+    return token_next(token, TOKEN_SIGHT, 0u);
 }
 
 static void clear_tokens(guard_t *self) {
@@ -23,6 +24,7 @@ static void clear_tokens(guard_t *self) {
     self->explained.token = 0;
     self->bank.token = 0;
     self->detector.token = 0;
+    self->sight.token = 0;
 }
 
 void stages_step(guard_t *self, const task_config_t *task, const snapshot_t *snapshot, uint32_t gap,
@@ -44,6 +46,12 @@ void stages_step(guard_t *self, const task_config_t *task, const snapshot_t *sna
     bank_step(&self->bank, &config->bank, joints, self->observer.gap, self->index.unexplained, self->index.sudden,
               self->explained.token);
     detector_step(&self->detector, &task->detector, joints, &self->bank);
+    if (self->contact.locate.steps == 0u) {
+        sight_step(&self->sight, &config->sight, &config->shape, joints, &self->motion, &self->index, &config->bank,
+                   &task->detector, self->detector.token);
+    } else { /* the search for the link that was touched needs the motion pass's link, and its time */
+        self->sight.token = token_next(self->detector.token, TOKEN_SIGHT, 0u);
+    }
 }
 
 /* The requested task becomes active when the active one has had its dwell. In any sequence of tasks each task thus gets
@@ -79,7 +87,7 @@ void stages_run(guard_t *self) {
 }
 
 bool stages_complete(const guard_t *self) {
-    return self->detector.token == self->stage_token;
+    return self->sight.token == self->stage_token;
 }
 
 bool stages_valid(const guard_t *self) {
@@ -97,7 +105,7 @@ bool stages_saturated(guard_t *self) {
     const uint32_t sum = self->motion.saturations + self->observer.saturations + self->acceleration.saturations +
                          self->regressor.saturations + self->index.saturations +
                          projection_saturations(&self->index.projection) + self->explained.saturations +
-                         self->bank.saturations;
+                         self->bank.saturations + self->sight.saturations;
     const bool grew = sum != self->saturations;
     self->saturations = sum;
     return grew;
@@ -112,6 +120,8 @@ void stages_init(guard_t *self) {
     explained_init(&self->explained);
     bank_init(&self->bank);
     detector_init(&self->detector);
+    sight_init(&self->sight, self->joints);
+    contact_init(&self->contact);
     plausibility_init(&self->plausibility);
     self->saturations = 0;
 }

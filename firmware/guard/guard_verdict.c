@@ -34,7 +34,8 @@ static bool is_withheld(const guard_t *self, uint64_t now_us) {
                      !task_in_cycles(self);
     const bool unfit =
         !is_settled(self) || !self->acknowledged || (self->inputs.fault != 0u) || (self->plausibility.fault != 0u);
-    return other_state || old || unfit || self->detector.tripped || self->explained.tripped;
+    const bool blind = is_blind(self) && (config->sight.reaction == (uint32_t)SIGHT_WITHDRAW);
+    return other_state || old || unfit || blind || self->detector.tripped || self->explained.tripped;
 }
 
 static void tell_waiting(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out) {
@@ -49,6 +50,8 @@ static void tell_waiting(const guard_t *self, input_t missing, uint64_t now_us, 
     } else if (self->plausibility.fault != 0u) {
         out->reason = (guard_reason_t)self->plausibility.fault;
         out->joint = (uint8_t)(self->plausibility.joint + 1u);
+    } else if (is_settled(self) && is_blind(self) && (self->config->sight.reaction == (uint32_t)SIGHT_WITHDRAW)) {
+        out->reason = GUARD_REASON_BLIND;
     } else if (healthy_for_long_enough(self, now_us) && !self->acknowledged) {
         out->reason = restarted ? GUARD_REASON_RESTARTED : GUARD_REASON_AWAITING_RESET;
     } else {
@@ -61,6 +64,7 @@ static void tell_reason(const guard_t *self, input_t missing, uint64_t now_us, g
     case GUARD_STATE_MONITORING:
         out->reason = GUARD_REASON_NONE;
         out->joint = (uint8_t)(self->detector.joint + 1u);
+        out->value_channel = self->detector.channel[self->detector.joint];
         out->value_nm = self->detector.value_nm[self->detector.joint];
         out->threshold_nm = self->detector.threshold_nm[self->detector.joint];
         break;
@@ -68,6 +72,7 @@ static void tell_reason(const guard_t *self, input_t missing, uint64_t now_us, g
     case GUARD_STATE_FAULT:
         out->reason = (guard_reason_t)self->trip.reason;
         out->joint = self->trip.joint;
+        out->value_channel = self->trip.channel;
         out->value_nm = self->trip.value_nm;
         out->threshold_nm = self->trip.threshold_nm;
         break;
@@ -84,6 +89,22 @@ static void tell_reason(const guard_t *self, input_t missing, uint64_t now_us, g
     }
 }
 
+static void tell_sight(const guard_t *self, guard_output_t *out) {
+    const bool slow = is_blind(self) && (self->config->sight.reaction != (uint32_t)SIGHT_REPORT);
+    const uint32_t task = (self->task < (uint32_t)TASK_COUNT) ? self->task : (uint32_t)TASK_INVALID;
+    out->full_speed = out->permitted && !slow;
+    out->blind_links = (uint8_t)self->sight.blind;
+    out->needed_links = (uint8_t)self->config->task[task].needed_links;
+}
+
+static void tell_contact(const guard_contact_t *contact, guard_output_t *out) {
+    out->contact_class = contact->kind;
+    out->contact_link = (uint8_t)contact->locate.link;
+    if (contact->locate.link != 0u) {
+        out->contact_force = contact->locate.force_n;
+    }
+}
+
 void verdict_fill(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out) {
     const uint32_t joints = (self->joints < ROBOT_MAX_JOINTS) ? self->joints : ROBOT_MAX_JOINTS;
     out->state = (guard_state_t)self->state;
@@ -95,6 +116,8 @@ void verdict_fill(const guard_t *self, input_t missing, uint64_t now_us, guard_o
     out->trip_number = self->trip.number;
     out->cycle = self->inputs.snapshot.cycle;
     out->channel = self->detector.channel[self->detector.joint];
+    tell_sight(self, out);
+    tell_contact(&self->contact, out);
     out->smallest_singular = self->index.smallest;
     out->rank = self->index.rank;
     const bool measured = self->state > (uint32_t)GUARD_STATE_SELF_TEST; /* not the self-test's own push */
@@ -102,6 +125,7 @@ void verdict_fill(const guard_t *self, input_t missing, uint64_t now_us, guard_o
         out->residual[i] = self->observer.residual[i];
         out->index[i] = self->detector.value_nm[i];
         out->threshold[i] = self->detector.threshold_nm[i];
+        out->index_channel[i] = self->detector.channel[i];
     }
     tell_reason(self, missing, now_us, out);
 }

@@ -50,6 +50,9 @@ static bool ranks_agree(agree_t *self, const opinion_t *own, const opinion_t *ot
 bool agree_step(agree_t *self, const opinion_t *own, const opinion_t *other) {
     const bool measured = own->state > (uint8_t)GUARD_STATE_SELF_TEST; /* not the self-test's own push */
     const bool ranks = ranks_agree(self, own, other);
+    if (own->saturated || other->saturated) {
+        self->wait_us = AGREE_RANK_US;
+    }
     const bool indexes = (self->wait_us > 0u) || indexes_agree(own, other);
     const bool numbers = residuals_agree(own, other) && indexes && (own->fresh == other->fresh);
     if (numbers || !measured) {

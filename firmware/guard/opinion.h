@@ -10,6 +10,9 @@
  * While the ranks differ, and AGREE_RANK_CYCLES longer for the memory of the filters, the indexes are not compared.
  * Ranks that differ for AGREE_RANK_TICKS are FAULT. The soft projector has no such step.
  *
+ * Only Q9.22 cuts off numbers beyond 512, and its filters then remember other numbers. A channel that cuts off wishes
+ * to stop. From then on the indexes are not compared for AGREE_RANK_US.
+ *
  * docs/decisions/channels.md derives the bounds. No type here depends on the numeric type; torques in 1e-6 Nm.
  * Cost: about 12 instructions a number.
  */
@@ -35,13 +38,15 @@ typedef struct {
     uint8_t reason; /* of the wish: guard_reason_t */
     uint8_t joint;
     uint8_t category;
+    uint8_t bank;  /* channel of the bank of `value` */
     int32_t value; /* 1e-6 Nm or N */
     int32_t threshold;
-    bool healthy;  /* every input is good and nothing is above its limits */
-    bool tested;   /* the self-test has passed */
-    bool fresh;    /* a snapshot went through the stages in this tick */
-    bool hard;     /* the projector */
-    uint8_t state; /* before the decision: guard_state_t */
+    bool healthy;   /* every input is good and nothing is above its limits */
+    bool tested;    /* the self-test has passed */
+    bool fresh;     /* a snapshot went through the stages in this tick */
+    bool saturated; /* a number was cut off at the end of its range in this tick: the permission ends */
+    bool hard;      /* the projector */
+    uint8_t state;  /* before the decision: guard_state_t */
     uint8_t trip_number;
     uint8_t task; /* in force */
     uint8_t rank;

@@ -4,7 +4,9 @@
 
 #define MOVE          0x1u /* StopCommand.Permission */
 #define MOVE_INVERTED 0xEu
-#define NO_REASON     1u          /* StopCommand.Reason of a permission */
+#define NO_REASON     1u /* StopCommand.Reason of a permission */
+#define REASON_BITS   0x7Fu
+#define FULL_SPEED    0x80u
 #define MAX_DELTA     4u          /* StopCommand's MaxDeltaCounter */
 #define SECOND_GUARD  8u          /* a second guard exists if this many StopCommands ... */
 #define LAST_24       0x00FFFFFFu /* ... among the last 24 are out of sequence */
@@ -138,7 +140,8 @@ static robot_side_permit_t unpack(const can_frame_t *frame) {
     const uint8_t category = frame->data[3] & 0x3u;
     return (robot_side_permit_t){.category =
                                      (category <= 2u) ? category : 0u, /* an unknown category counts as category 0 */
-                                 .reason = frame->data[4],
+                                 .reason = frame->data[4] & REASON_BITS,
+                                 .full_speed = (frame->data[4] & FULL_SPEED) != 0u,
                                  .joint = (uint8_t)(frame->data[1] >> 4u),
                                  .trip = frame->data[5]};
 }
@@ -147,7 +150,7 @@ static robot_side_permit_t unpack(const can_frame_t *frame) {
 static bool is_move(const can_frame_t *frame) {
     const bool both = ((frame->data[2] & 0xFu) == MOVE) && ((frame->data[2] >> 4u) == MOVE_INVERTED);
     const bool valued = (frame->data[6] != 0x00u) || (frame->data[7] != 0x80u); /* IndexValue is not "not available" */
-    return both && valued && (frame->data[4] == NO_REASON) && ((frame->data[3] & 0x3u) <= 2u) &&
+    return both && valued && ((frame->data[4] & REASON_BITS) == NO_REASON) && ((frame->data[3] & 0x3u) <= 2u) &&
            ((frame->data[1] >> 4u) <= ROBOT_SIDE_MAX_JOINTS);
 }
 

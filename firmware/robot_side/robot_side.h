@@ -13,6 +13,7 @@
  *     before each command to the drives:
  *                    permit = robot_side_permit(&robot, clock_us());
  *                    if (!permit.allowed) stop by category permit.category;
+ *                    else if (!permit.full_speed) keep to the reduced speed;
  *
  * Times are microseconds of one monotonic clock. One thread uses one robot_side_t. The joints of a robot may be on
  * separate nodes, each with its own robot_side_t that follows the cycle by robot_side_follow.
@@ -63,6 +64,7 @@ typedef struct {
 /* The verdict at one instant. */
 typedef struct {
     bool allowed;
+    bool full_speed;  /* of a permission. False: at the robot's reduced speed only, a link is not seen */
     uint8_t category; /* IEC 60204-1, of the stop to perform; 1 on silence */
     uint8_t reason;   /* StopCommand.Reason; 0 if no valid frame decided */
     uint8_t joint;    /* 1 to n: joint of the trip; 0: none */

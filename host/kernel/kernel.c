@@ -11,6 +11,7 @@
 #define PERMIT_LIMIT_S 3.0 /* a guard that has not permitted an arm at rest by then never will */
 #define SETTLE_S       0.5 /* time at rest before a motion that does not wait for permission */
 #define WATCHED_S      0.3 /* observed time after the end of a push */
+#define CLAMPED_S      0.9 /* after the stop, of a push that stays */
 
 void kernel_describe(uint32_t abi_sizes_versions[8]) {
     const uint32_t values[8] = {KERNEL_ABI,
@@ -51,6 +52,23 @@ static uint32_t stand(bench_t *bench, plant_t *plant) {
     return obeys ? 0u : limit - 1u;
 }
 
+/* Where the last collision was, as the guard knows it in the end. */
+static void note_contact(const session_t *session, const push_t *push, kernel_result_t *result) {
+    const guard_output_t *const out = &session->tracks.out[0];
+    result->contact_link = out->contact_link;
+    result->contact_class = out->contact_class;
+    result->contact_force[0] = value_of(out->contact_force.x);
+    result->contact_force[1] = value_of(out->contact_force.y);
+    result->contact_force[2] = value_of(out->contact_force.z);
+    memcpy(result->true_force, push->towards, sizeof result->true_force);
+}
+
+/* A run ends some time after its push, or after the stop if the push stays. */
+static bool is_over(const kernel_run_t *run, double since_onset_s, double since_stop_s) {
+    const bool stays = (run->push == KERNEL_TOUCH) || (run->push == KERNEL_CLAMP);
+    return (since_onset_s > run->push_s + WATCHED_S) && (!stays || (since_stop_s > CLAMPED_S));
+}
+
 /* One cycle of physics from `time_s` on, with everything that acts on the arm. False if MuJoCo reset the state. */
 static bool live(plant_t *plant, push_t *push, double time_s, kernel_result_t *result) {
     double torque[KERNEL_JOINTS];
@@ -66,7 +84,7 @@ static bool live(plant_t *plant, push_t *push, double time_s, kernel_result_t *r
         push_after_step(push, plant, at_s);
         if (push->force_n > 0.0) {
             if (isnan(result->onset_s)) {
-                result->onset_s = (plant->run->push == KERNEL_PULSE) ? plant->run->onset_s : at_s;
+                result->onset_s = (plant->run->push != KERNEL_CONTACT) ? plant->run->onset_s : at_s;
                 result->link = push->link;
                 result->tip_speed_m_s = mju_norm3(plant->tip_velocity);
             }
@@ -120,10 +138,11 @@ static kernel_status_t collide(bench_t *bench, plant_t *plant, kernel_result_t *
                 return KERNEL_FALSE_STOP;
             }
         }
-        if (struck && (since_s > run->push_s + WATCHED_S)) {
-            return KERNEL_DONE;
+        if (struck && is_over(run, since_s, isnan(result->stop_s) ? since_s : (now_s - result->stop_s))) {
+            break;
         }
     }
+    note_contact(&bench->session, &push, result);
     return ((run->push != KERNEL_NO_PUSH) && isnan(result->onset_s)) ? KERNEL_NOT_TOUCHED : KERNEL_DONE;
 }
 

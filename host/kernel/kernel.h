@@ -14,7 +14,7 @@
 
 #include <stdint.h>
 
-#define KERNEL_ABI       4u
+#define KERNEL_ABI       5u
 #define KERNEL_COLUMNS   6u /* SUBSPACE_MAX_COLUMNS */
 #define KERNEL_JOINTS    8
 #define KERNEL_GUARDS    8  /* guards that receive the same frames; the first one controls the arm */
@@ -23,7 +23,14 @@
 #define KERNEL_WAVES     3
 #define KERNEL_CHANNELS  4 /* of the first guard's bank */
 
-typedef enum { KERNEL_NO_PUSH = 0, KERNEL_PULSE = 1, KERNEL_CONTACT = 2 } kernel_push_t;
+/* TOUCH rises over push_s and then stays. CLAMP rises in CLAMP_RISE_S and then stays. */
+typedef enum {
+    KERNEL_NO_PUSH = 0,
+    KERNEL_PULSE = 1,
+    KERNEL_CONTACT = 2,
+    KERNEL_TOUCH = 3,
+    KERNEL_CLAMP = 4
+} kernel_push_t;
 typedef enum { KERNEL_REST = 0, KERNEL_MOVE = 1, KERNEL_WAVE = 2 } kernel_motion_t;
 /* OWN: the guard's index against its own thresholds, in the channel nearest to its threshold. */
 typedef enum { KERNEL_RESIDUAL = 0, KERNEL_INDEX = 1, KERNEL_OWN = 2 } kernel_source_t;
@@ -152,19 +159,23 @@ typedef struct {
     double free_s;        /* observed with permission before the onset or the stop */
     double simulated_s;
     double stop_value_nm, stop_threshold_nm;
-    double before[KERNEL_DETECTORS];                    /* largest ratio to the threshold before the onset */
-    double during[KERNEL_DETECTORS];                    /* the same from the onset on */
-    double delay_s[KERNEL_DETECTORS];                   /* from the onset to the first excess; NaN without */
-    double early_s[KERNEL_DETECTORS];                   /* time of the first excess before the onset; NaN without */
+    double contact_force[3];          /* on the robot as the guard estimates it, base frame; 0 without an answer */
+    double true_force[3];             /* of the push when the guard stopped, a unit vector; 0 for a striking part */
+    double before[KERNEL_DETECTORS];  /* largest ratio to the threshold before the onset */
+    double during[KERNEL_DETECTORS];  /* the same from the onset on */
+    double delay_s[KERNEL_DETECTORS]; /* from the onset to the first excess; NaN without */
+    double early_s[KERNEL_DETECTORS]; /* time of the first excess before the onset; NaN without */
     double free_max[KERNEL_DETECTORS][KERNEL_JOINTS];   /* largest |signal| of each joint before the onset, Nm */
     double channel_max[KERNEL_CHANNELS][KERNEL_JOINTS]; /* the same for the first guard's channels */
     uint64_t number;
-    uint32_t status;      /* kernel_status_t */
-    uint32_t reason;      /* of the stop; number as on the wire */
-    uint32_t joint;       /* from 1; 0 none */
-    uint32_t link;        /* the touched link, from 1; 0 none */
-    uint32_t stops;       /* before the onset, because of a computed value */
-    uint32_t input_stops; /* before the onset, because of an input: missing, frozen, implausible */
+    uint32_t status;        /* kernel_status_t */
+    uint32_t reason;        /* of the stop; number as on the wire */
+    uint32_t joint;         /* from 1; 0 none */
+    uint32_t link;          /* the touched link, from 1; 0 none */
+    uint32_t stops;         /* before the onset, because of a computed value */
+    uint32_t contact_link;  /* that the guard names, from 1; 0: cannot tell */
+    uint32_t contact_class; /* contact_class_t, as the guard says at the end */
+    uint32_t input_stops;   /* before the onset, because of an input: missing, frozen, implausible */
 } kernel_result_t;
 
 /* A recording of a real arm for kernel_inject(): `rows` of readings, each (rows, joints), and the cycle of each row. */

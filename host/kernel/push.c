@@ -12,10 +12,21 @@
 #define GIVE_UP_S        0.6   /* a strike without contact is withdrawn after this time */
 #define WITHDRAW_M_S     0.5
 #define PARK_M           10.0 /* below the base */
-#define SIDES            12   /* directions around a link that are tried for a free approach */
+#define CLAMP_RISE_S     0.05
+#define SIDES            12 /* directions around a link that are tried for a free approach */
 
 double push_half_sine(double force_n, double push_s, double since_s) {
     return ((since_s < 0.0) || (since_s >= push_s)) ? 0.0 : force_n * sin(PI * since_s / push_s);
+}
+
+/* Of a push with a prescribed force, N. */
+static double size_of(const kernel_run_t *run, double since_s) {
+    if (run->push == KERNEL_PULSE) {
+        return push_half_sine(run->force_n, run->push_s, since_s);
+    }
+    const double rise_s = (run->push == KERNEL_CLAMP) ? CLAMP_RISE_S : run->push_s;
+    const double share = (since_s >= rise_s) ? 1.0 : 0.5 * (1.0 - cos(PI * since_s / rise_s));
+    return run->force_n * share;
 }
 
 static double dot(const double *a, const double *b) {
@@ -180,8 +191,8 @@ void push_before_step(push_t *self, plant_t *plant, double time_s) {
     if ((run->push == KERNEL_NO_PUSH) || (time_s < run->onset_s)) {
         return;
     }
-    if (run->push == KERNEL_PULSE) {
-        const double force_n = push_half_sine(run->force_n, run->push_s, time_s - run->onset_s);
+    if (run->push != KERNEL_CONTACT) {
+        const double force_n = size_of(run, time_s - run->onset_s);
         self->force_n = force_n;
         self->link = run->link + 1u;
         if (force_n <= 0.0) {
@@ -191,6 +202,7 @@ void push_before_step(push_t *self, plant_t *plant, double time_s) {
         const int body = plant->setup->body[run->link];
         to_base(plant, run->link, run->point, point);
         mju_addTo3(point, plant->data->xpos + 3 * body);
+        mju_copy3(self->towards, run->direction);
         mju_scl3(force, run->direction, force_n);
         mj_jac(plant->model, plant->data, jacobian, NULL, point, body);
         for (uint32_t i = 0; i < plant->setup->joints; ++i) {

@@ -14,6 +14,7 @@ typedef struct {
     double since_s;
     double target[3];    /* in the link's frame */
     double direction[3]; /* of the strike, in the link's frame, unit */
+    double towards[3];   /* of a prescribed force, base frame, unit; 0 before it */
     double force_n;      /* on the arm in the last step */
     bool started;
     bool obstructed;

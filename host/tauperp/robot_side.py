@@ -58,6 +58,11 @@ class Permit:
         return 0 if self.command is None else int(self.command["Reason"])
 
     @property
+    def full_speed(self) -> bool:
+        """False: at the robot's reduced speed only, because the guard does not see a link."""
+        return self.allowed and self.command is not None and bool(self.command["FullSpeed"])
+
+    @property
     def trip_number(self) -> int:
         """The trip that a GuardReset must name; 0 before the first trip and without a valid frame."""
         return 0 if self.command is None else int(self.command["TripNumber"])

@@ -60,6 +60,7 @@ class Reason(enum.IntEnum):
     RESIDUAL_LIMIT = 40
     SUDDEN = 41
     CHANNELS_DISAGREE = 42
+    BLIND = 43
 
 
 class Start(enum.IntEnum):
@@ -71,6 +72,15 @@ class Start(enum.IntEnum):
     WATCHDOG = 3
     EXCEPTION = 4
     SERVICE = 5
+
+
+class ContactClass(enum.IntEnum):
+    """Kind of contact of a collision: GuardStatus.ContactClass, contact_class_t."""
+
+    UNKNOWN = 0
+    COLLISION = 1
+    TOUCH = 2
+    CLAMPING = 3
 
 
 class Variant(enum.IntEnum):
@@ -92,6 +102,9 @@ class Page(enum.IntEnum):
     CONFIG = 5
     TIMING = 6
     START = 7
+    TRIP = 8
+    CONTACT = 9
+    SIGHT = 10
 
 
 class Task(enum.IntEnum):
@@ -160,4 +173,5 @@ REASON_CLASS: dict[int, ReasonClass] = {
     Reason.RESIDUAL_LIMIT: ReasonClass.STOPPED,
     Reason.SUDDEN: ReasonClass.STOPPED,
     Reason.CHANNELS_DISAGREE: ReasonClass.FAULT,
+    Reason.BLIND: ReasonClass.STOPPED,
 }

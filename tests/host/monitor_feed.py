@@ -67,7 +67,7 @@ SCRIPTS = {
 class Feed:
     """The frames of a script, cycle after cycle; the guard's pages and joints alternate as the firmware's do."""
 
-    PAGES = 8
+    PAGES = 11
 
     def __init__(self, wire: Wire, *, fd: bool = False) -> None:
         self._sender = Sender(wire, fd=fd)
@@ -101,11 +101,18 @@ class Feed:
                 "Reason": script.reason,
                 "TripNumber": script.trip,
                 "IndexValue": script.value,
+                "Channel": 1,
+                "FullSpeed": int(script.permitted),
             },
         )
 
     def _index(self, script: Script, joint: int) -> can.Message:
-        values = {"Residual": script.residual[joint], "Index": script.index[joint], "Threshold": script.threshold}
+        values = {
+            "Residual": script.residual[joint],
+            "Index": script.index[joint],
+            "Threshold": script.threshold,
+            "Channel": 1,
+        }
         named = {f"{name}{joint + 1}": value for name, value in values.items()}
         return self._sender.frame("GuardIndex", {"Joint": joint, **named})
 
@@ -124,7 +131,23 @@ class Feed:
             {"FirmwareVersion": 0x0102, "WireVersion": 1, "ConfigSchema": 3, "BuildId": 0xBEEF},
             {"ConfigCrc": CONFIG_CRC},
             {"RobotJoints": script.joints, "Numeric": 1, "Format": 1, "WorstTickTime": 61, "DeadlineMargin": 7210},
-            {"StartCause": 1, "Variant": script.variant, "Restarts": 0, "Channel": 0, "Channels": 1},
+            {"StartCause": 1, "Variant": script.variant, "Restarts": 0, "Channels": 1},
+            {
+                "TripChannel": 1,
+                "TripJoint": script.joint,
+                "TripReason": 6,
+                "TripValue": script.value,
+                "TripThreshold": 1.0,
+            },
+            {
+                "ContactLink": 4,
+                "ContactClass": 1,
+                "ContactForce": 35.0,
+                "ContactX": 0.6,
+                "ContactY": 0.0,
+                "ContactZ": 0.8,
+            },
+            {"BlindLinks": 0b1100000, "NeededLinks": 0b0100000},
         )
         return self._sender.frame("GuardStatus", {"Page": page, **signals[page]})
 

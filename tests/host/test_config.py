@@ -298,4 +298,4 @@ def test_returned_thresholds_cannot_change_the_configuration() -> None:
     configuration.threshold_nm("none")[:] = 0
     assert configuration.threshold_nm("none").min() > 0
     assert load_configuration("default", robot="ku_dex").block() == before
-    assert np.all(configuration.threshold_nm("none") == 1.0)
+    assert np.all(configuration.threshold_nm("none") == 1.2)

@@ -82,7 +82,7 @@ def test_both_numeric_types_have_one_layout() -> None:
 
 def test_the_crc_covers_all_that_follows_it(block: bytes) -> None:
     magic, schema, size, crc = struct.unpack_from("<4I", block)
-    assert (magic, schema, size) == (0x50524554, 3, len(block))
+    assert (magic, schema, size) == (0x50524554, 4, len(block))
     assert crc == zlib.crc32(block[16:])
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plain import one_channel
 
 from tauperp.config import NUMERICS, TASKS, Numeric, load_configuration
 from tauperp.config.block import CRC_END, block_dtype, channel_constants
@@ -175,7 +176,7 @@ def rows_of_projection_and_stop() -> list[Row]:
         row("subspace.lever_m", bad, 1, 1.01),
         row("subspace.lever_m", bad, 0.01, 0, to(f"task.{CONTACT}.limits.moment_max_nm", 1)),
         row("subspace.softness", bad, 0.2, 0.201),
-        row("subspace.softness", bad, 0.005, 0.004),
+        row("subspace.softness", bad, 0.02, 0.019),
         row("stop_collision", "BAD_STOP", 2, 3),
         row("stop_collision", "BAD_STOP", 0, 2**32 - 1),
         row("stop_input", "BAD_STOP", 1, 2),
@@ -268,12 +269,27 @@ def rows_of_robot() -> list[Row]:
     ]
 
 
+def rows_of_sight() -> list[Row]:
+    bad = "BAD_SIGHT"
+    return [
+        row("sight.reaction", bad, 2, 3),
+        row("sight.force_n", bad, 500, 501),
+        row("sight.force_n", bad, 1, 0),
+        row("shape.middle.6.2", bad, 4, 4.01),
+        row("shape.middle.6.2", bad, -4, -4.01),
+        row("shape.half_m.6", bad, 4, 4.01),
+        row("shape.half_m.6", bad, 0, -0.01),
+        row(f"task.{NONE}.needed_links", bad, 0x7F, 0x80),
+    ]
+
+
 ROWS = [
     *rows_of_timing(),
     *rows_of_observer(),
     *rows_of_bank(),
     *rows_of_regressor(),
     *rows_of_projection_and_stop(),
+    *rows_of_sight(),
     *rows_of_limits(),
     *rows_of_tasks(),
     *rows_of_robot(),
@@ -281,8 +297,8 @@ ROWS = [
 
 
 def answer(change: Change, numeric: Numeric, rate_hz: float = 1000.0) -> str:
-    """The result of config_check for panda's default block after this change, with a valid CRC."""
-    configuration = load_configuration("default", robot="panda")
+    """The result of config_check for panda's default block with one channel after this change, with a valid CRC."""
+    configuration = one_channel("panda")
     assert configuration.settings.wire.rate_hz == rate_hz
     block = np.frombuffer(bytearray(configuration.block(numeric)), block_dtype(numeric))
     change(block[0])

@@ -148,7 +148,7 @@ def test_a_torque_above_the_threshold_stops_and_names_the_joint(bench: Bench, co
     stop = next(verdict for verdict in verdicts if not verdict.permitted)
     assert (stop.state, stop.reason, stop.stop_category) == (State.STOPPED, Reason.COLLISION, 2)
     assert 1 <= stop.joint <= 7
-    assert stop.threshold_nm == configuration.threshold_nm("none")[stop.joint - 1]
+    assert stop.threshold_nm == pytest.approx(configuration.thresholds_nm("none")[stop.channel, stop.joint - 1])
     assert stop.value_nm > stop.threshold_nm
     assert stop.index[stop.joint - 1] == stop.value_nm
     assert stop.trip_number == 1

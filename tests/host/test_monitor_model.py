@@ -67,6 +67,7 @@ def test_a_permission_lasts_while_it_is_renewed() -> None:
 def test_every_other_pair_of_permission_bits_is_a_stop(pair: tuple[int, int]) -> None:
     listening = Listening().hear(MOVING)
     signals = {"Joint": 0, "StopCategory": 0, "Cycle": 0, "Reason": 1, "TripNumber": 0, "IndexValue": 0.0}
+    signals |= {"Channel": 0, "FullSpeed": 1}
     sender = Sender(WIRE, fd=False)
     for _ in range(51 % 16):  # as many as the feed has sent, so that this one is next
         frame = sender.frame("StopCommand", {**signals, "Permission": pair[0], "PermissionInverted": pair[1]})

@@ -68,9 +68,8 @@ def test_an_unknown_load_on_a_ur10e_does_not_move_the_payload_index(tmp_path: Pa
 
 def test_the_bank_finds_more_pushes_into_free_motion_than_a_single_gain(tmp_path: Path) -> None:
     """Thresholds from the first half, pushes into the second; the observer at K = 50 on the same signals."""
-    (tmp_path / "bank.toml").write_text((repository_root() / "docs" / "plans" / "bank.toml").read_text())
     (tmp_path / "plan.toml").write_text(
-        'robot = "panda_bare"\nconfiguration = "bank.toml"\ncollisions = 400\ntasks = ["none"]\n'
+        'robot = "panda_bare"\ncollisions = 400\ntasks = ["none"]\n'
         f'[recording]\nfiles = ["{DATA / "panda_free" / "fast.csv.gz"}"]\n'
     )
     assert cli.main(["campaign", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "out")]) == 0

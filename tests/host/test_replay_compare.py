@@ -176,7 +176,7 @@ def test_a_guard_that_waited_before_the_log_begins_needs_no_mask(logs: Path, tmp
         guard.receive(frame, cycle * 1000)
         frames.append(frame)
     replay = replayed(written(tmp_path / "x.log", frames), logs)
-    assert replay.comparison.origin.ticks_before == 1237 % 224
+    assert replay.comparison.origin.ticks_before == 1237 % 2464
     assert not replay.comparison.origin.joined
     assert replay.comparison.masked == {}
     assert replay.equal

@@ -24,6 +24,8 @@ MOVE = {
     "Reason": 1,
     "TripNumber": 5,
     "IndexValue": 0.4,
+    "Channel": 0,
+    "FullSpeed": 1,
 }
 STOP = {**MOVE, "Permission": 0, "PermissionInverted": 15, "Reason": 6}
 ANSWER_US, HOLD_US = 500, 1500
@@ -167,6 +169,7 @@ class Both:
         permit = self.check.permit((self.now_us + after_us) * 1e-6)
         found = self.in_c.permit(self.now_us + after_us)
         assert (found.allowed, found.category, found.reason) == (permit.allowed, permit.category, permit.reason)
+        assert (found.allowed and found.full_speed) == permit.full_speed
         if permit.command is not None:
             assert (found.trip, found.joint) == (permit.trip_number, int(permit.command["Joint"]))
         assert self.in_c.lib.robot_side_has_company(self.in_c.robot) == self.check.has_company
@@ -189,6 +192,15 @@ def test_a_good_answer_to_this_cycle_permits_until_its_time_is_over(both: Both) 
     assert both.permit(HOLD_US - 1).allowed
     after = both.permit(HOLD_US + 1)
     assert (after.allowed, after.category) == (False, SILENCE_CATEGORY)
+
+
+def test_a_permission_may_be_for_the_reduced_speed_only(both: Both) -> None:
+    both.go(5)
+    assert both.permit().full_speed
+    both.begin()
+    both.hear(both.answer({**MOVE, "FullSpeed": 0}))
+    assert both.permit().allowed
+    assert not both.permit().full_speed
 
 
 def test_the_first_frame_of_a_sender_permits_nothing(both: Both) -> None:

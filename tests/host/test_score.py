@@ -195,7 +195,14 @@ def test_a_guard_that_never_permits_is_a_bad_verdict(configuration: Configuratio
 
 def test_a_task_that_is_off_is_a_bad_verdict_and_named(configuration: Configuration) -> None:
     off = configuration.changed(
-        task={"contact": {**configuration.settings.task.contact.model_dump(), "index": "off", "threshold_nm": []}}
+        task={
+            "contact": {
+                **configuration.settings.task.contact.model_dump(),
+                "index": "off",
+                "fast": [],
+                "threshold_nm": [],
+            }
+        }
     )
     _, result = scored(still(2.0), off, task="contact")
     assert result.permitted_s == 0

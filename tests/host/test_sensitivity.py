@@ -7,11 +7,12 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from plain import one_channel, plain
 
 from tauperp.campaign import draw
 from tauperp.campaign.plan import read_plan
 from tauperp.cli import main
-from tauperp.config import TASKS, TaskName, load_configuration
+from tauperp.config import TASKS, TaskName
 from tauperp.intervals import wilson
 from tauperp.kernel import layout
 from tauperp.kernel.bench import Bench
@@ -23,7 +24,7 @@ from tauperp.sim.posture import home
 from tauperp.view import sensitivity_window
 from tauperp.view.sensitivity_figure import BLIND_RGBA
 
-CONFIGURATION = load_configuration("default", robot="ku_dex")
+CONFIGURATION = one_channel("ku_dex")
 HOME = home(CONFIGURATION.robot, Dynamics(CONFIGURATION.robot))
 RUNS = 150
 
@@ -61,8 +62,21 @@ def test_a_short_push_has_to_be_harder_than_a_static_one() -> None:
     assert twice > once
 
 
+ONE_FILTER = """
+robot = "ku_dex"
+[bank]
+channel = []
+[task]
+none.threshold_nm = 1.0
+payload.threshold_nm = 0.8
+contact = { threshold_nm = 0.5, fast = [] }
+"""
 BANK = """
 robot = "ku_dex"
+[task]
+none.threshold_nm = 1.0
+payload.threshold_nm = 0.8
+contact = { threshold_nm = 0.5, fast = [] }
 [[bank.channel]]
 low_pass_per_s = 30.0
 order = 2
@@ -73,12 +87,12 @@ high_pass_hz = 3.0
 """
 
 
-@pytest.mark.parametrize("bank", ["", BANK], ids=["one filter", "bank"])
+@pytest.mark.parametrize("bank", [ONE_FILTER, BANK], ids=["one filter", "bank"])
 @pytest.mark.parametrize("task", list(TASKS))
 def test_a_campaign_of_pushes_agrees_with_the_sensitivity(task: TaskName, bank: str, tmp_path: Path) -> None:
     """Pushes of 50 ms on an arm at rest with ideal sensors: the share that is found is the predicted one."""
     plan_file = tmp_path / "plan.toml"
-    (tmp_path / "guard.toml").write_text(bank or 'robot = "ku_dex"\n')
+    (tmp_path / "guard.toml").write_text(bank)
     plan_file.write_text(
         'configuration = "guard.toml"\ncollisions = 1\nmodel_error = 0.0\n[thresholds]\nfrom = "configuration"\n'
         "[motion]\nkinds = ['rest']\n[sensors]\ntorque_noise_nm = 0.0\n"
@@ -106,7 +120,7 @@ def test_a_campaign_of_pushes_agrees_with_the_sensitivity(task: TaskName, bank: 
 
 
 def test_forces_that_the_contact_task_explains_are_reported_as_blind() -> None:
-    forces = analyse(CONFIGURATION, HOME[None], ["none", "contact"])
+    forces = analyse(plain("ku_dex"), HOME[None], ["none", "contact"])
     last = [task.links[-1] for task in forces]
     assert last[0].report()["blind_share"] < 0.05
     assert last[1].report()["blind_share"] > 0.9
@@ -143,8 +157,7 @@ def test_bad_input_gives_one_line(
 
 
 def test_the_window_has_the_colours_of_the_figure_and_an_arrow_per_link(monkeypatch: pytest.MonkeyPatch) -> None:
-    configuration = load_configuration("default", robot="ku_dex")
-    posture = home(configuration.robot, Dynamics(configuration.robot))
+    configuration, posture = plain("ku_dex"), HOME
     (contact,) = analyse(configuration, posture[None], ["contact"])
     seen: dict[str, object] = {}
 

@@ -33,6 +33,8 @@ PERMISSION = {
     "Reason": 1,
     "TripNumber": 0,
     "IndexValue": 0.0,
+    "Channel": 0,
+    "FullSpeed": 1,
 }
 STOP = {**PERMISSION, "Permission": 0, "PermissionInverted": 15, "Reason": 6, "TripNumber": 3, "Joint": 4}
 

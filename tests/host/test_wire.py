@@ -115,7 +115,7 @@ def test_signals_that_do_not_fit_are_refused_and_never_clamped(
 
 def test_multiplexed_signals_that_do_not_fit_are_refused(wire: Wire) -> None:
     sender = Sender(wire, fd=False)
-    good = {"Joint": 2, "Residual3": 1.0, "Index3": 0.5, "Threshold3": 2.0}
+    good = {"Joint": 2, "Residual3": 1.0, "Index3": 0.5, "Threshold3": 2.0, "Channel3": 1}
     for signals in (
         {**good, "Index3": 400.0},
         {**good, "Joint": 8},

@@ -102,7 +102,7 @@ def test_a_missing_file_is_reported_and_then_written(
         ("Stopped: Collision ", "Stopped: Collision Sneeze ", "Sneeze, which is not a reason"),
         ("Stopped: Collision ", "Halted: Collision ", "'Halted', not one of"),
         (' 6 "Collision"', ' 66 "Collision"', "must count from 0 without a gap"),
-        (" Timing Start", " Timing", "PageNames has 7 names for 8 pages"),
+        (" Timing Start", " Timing", "PageNames has 10 names for 11 pages"),
         (" Timing Start", " Timing Config", "or one name twice"),
     ],
 )

@@ -4,6 +4,7 @@
 #include "e2e.c"
 #include "guard.c"
 #include "guard_any.h"
+#include "guard_contact.c"
 #include "guard_events.c"
 #include "guard_reason.c"
 #include "guard_supervise.c"
@@ -93,6 +94,31 @@ void report_tick(guard_t *guard, guard_output_t *out) {
 void report_init(guard_report_t *self) {
     guard_report_t any;
     *self = any;
+}
+
+void locate_init(locate_t *self) {
+    locate_t any;
+    *self = any;
+}
+
+void locate_begin(locate_t *self, uint32_t joints) {
+    locate_t any;
+    (void)joints;
+    *self = any;
+}
+
+bool locate_step(locate_t *self, const lever_config_t *shape, uint32_t joints, motion_t *motion, const num_t residual[],
+                 bool calm) {
+    locate_t any;
+    bool done;
+    uint32_t watched;
+    (void)shape;
+    (void)joints;
+    (void)residual;
+    (void)calm;
+    *self = any;
+    motion->watched = watched;
+    return done;
 }
 
 void note_fault(guard_t *self, guard_reason_t reason, uint32_t joint) {

@@ -92,4 +92,19 @@ void detector_step(detector_t *self, const detector_config_t *task, uint32_t joi
     stage(self, sizeof(*self));
 }
 
+void sight_init(sight_t *self, uint32_t joints) {
+    (void)joints;
+    stage(self, sizeof(*self));
+}
+
+void sight_step(sight_t *self, const sight_config_t *config, const lever_config_t *shape, uint32_t joints,
+                motion_t *motion, index_t *index, const bank_config_t *bank, const detector_config_t *task,
+                uint32_t token) {
+    HOLDS(__CPROVER_r_ok(task, sizeof(*task)), "the task's row is there");
+    stage(self, sizeof(*self));
+    stage(motion, sizeof(*motion));
+    stage(index, sizeof(*index));
+    ASSUME(index->columns <= SUBSPACE_MAX_COLUMNS);
+}
+
 #endif

@@ -218,6 +218,11 @@ def configurations_of(robot: Robot) -> list[Configuration]:
                 {"low_pass_per_s": 240.0, "order": 2, "high_pass_hz": 3.0},
             ]
         },
+        "task": {
+            "none": {"threshold_nm": [[1.2], [0.65]]},
+            "payload": {"threshold_nm": [[0.75], [0.65]]},
+            "contact": {"threshold_nm": [[0.5], [0.25]], "fast": []},
+        },
     }
     return [
         load_configuration("default", robot=robot, overrides=fd),

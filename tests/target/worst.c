@@ -12,7 +12,9 @@
 #include "detector.h"
 #include "explained.h"
 #include "index.h"
+#include "locate.h"
 #include "robots.h"
+#include "sight.h"
 
 #define TICKS 20000
 
@@ -25,6 +27,8 @@ static regressor_t regressor;
 static index_t index_state;
 static explained_t explained;
 static bank_t bank;
+static sight_t sight;
+static locate_t locate;
 static detector_t detector;
 
 static uint32_t larger(uint32_t a, uint32_t begin) {
@@ -73,6 +77,10 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
     const uint32_t gap = random_bits() % (OBSERVER_MAX_GAP + 2u);
     task->index =
         (index_config_t){.kind = (uint32_t)kind, .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
+    const bool searches = (random_bits() % 2u) == 0u; /* which takes the place of the look at the links */
+    const sight_config_t look = {.force_n = NUM(500)};
+    const lever_config_t shape = {.middle = {{NUM(0.1), NUM(0.1), NUM(0.1)}}, .half_m = {NUM(0.1)}};
+    locate_begin(&locate, robot->joint_count);
     const uint32_t begin = counter_read();
     motion_step(&motion, robot, q, qd);
     observer_step(&observer, gains, robot->joint_count, &motion, tau, gap);
@@ -82,6 +90,11 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
     explained_step(&explained, &task->limits, &config, 1u, robot, &observer, &measured, &task->index, &index_state);
     bank_step(&bank, channels, robot->joint_count, observer.gap, index_state.unexplained, index_state.sudden, 0u);
     detector_step(&detector, &task->detector, robot->joint_count, &bank);
+    if (searches) {
+        (void)locate_step(&locate, &shape, robot->joint_count, &motion, observer.residual, false);
+    } else {
+        sight_step(&sight, &look, &shape, robot->joint_count, &motion, &index_state, channels, &task->detector, 0u);
+    }
     return larger(worst, begin);
 }
 
@@ -118,6 +131,8 @@ int main(void) {
             explained_init(&explained);
             bank_init(&bank);
             detector_init(&detector);
+            sight_init(&sight, robot_ku_dex.joint_count);
+            locate_init(&locate);
         }
         worst_stages = stages(worst_stages, &gains, &channels, &rows, &limits, &task);
         worst_projection = projection(worst_projection);

@@ -75,6 +75,7 @@ static inline guard_config_t make_config(void) {
                                           .lever_m = NUM(0.1),
                                           .softness = NUM(0.05)},
                              .acceleration = {.force_floor_n = NUM(1), .error_max = NUM(2)},
+                             .sight = {.reaction = SIGHT_REPORT, .force_n = NUM(500)},
                              .robot = robot_ku_dex};
     config.observer.torque_sample = TORQUE_INTERVAL;
     for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {

@@ -33,10 +33,10 @@ static void test_every_frame_is_sealed_and_counts_by_one(void) {
     }
 }
 
-static void test_every_page_and_every_joint_comes_round_in_sixteen_ticks(void) {
+static void test_every_page_and_every_joint_comes_round_in_22_ticks(void) {
     uint32_t pages = 0;
     uint32_t joints = 0;
-    for (uint32_t i = 0; i < 16u; ++i) {
+    for (uint32_t i = 0; i < 22u; ++i) {
         cycle(&bench);
         const can_frame_t *const frame = &bench.out.frame[1];
         const uint32_t multiplexor = 1u << (frame->data[1] >> 4);
@@ -46,7 +46,7 @@ static void test_every_page_and_every_joint_comes_round_in_sixteen_ticks(void) {
             joints |= multiplexor;
         }
     }
-    TEST_ASSERT_EQUAL_HEX32(0xFFu, pages);
+    TEST_ASSERT_EQUAL_HEX32(0x7FFu, pages);
     TEST_ASSERT_EQUAL_HEX32(0x7Fu, joints);
 }
 
@@ -119,13 +119,122 @@ static void test_a_joints_residual_is_told_in_hundredths(void) {
     TEST_ASSERT_EQUAL_HEX8(0xF0, bench.out.frame[0].data[2]);
 }
 
+static void test_a_trip_keeps_its_channel_joint_value_and_threshold(void) {
+    bench.torque[3] = (int16_t)(bench.torque[3] + 1000);
+    cycles(&bench, 20u);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 4u);
+    TEST_ASSERT_EQUAL(0, bench.out.value_channel);
+    const int16_t value = (int16_t)get16(bench.out.frame[0].data + 6);
+    TEST_ASSERT_TRUE((value > 200) || (value < -200));
+    cycles(&bench, 300u);
+    const can_frame_t *frame = page(8u);
+    TEST_ASSERT_EQUAL_HEX8(0x40, frame->data[2]); /* joint 4, channel 0 */
+    TEST_ASSERT_EQUAL(GUARD_REASON_COLLISION, frame->data[3]);
+    TEST_ASSERT_EQUAL_INT16(value, (int16_t)get16(frame->data + 4));
+    TEST_ASSERT_EQUAL(200, get16(frame->data + 6));
+}
+
+/* Held where it is, 10 Nm on joint 4: link and class come after the search, and after 0.75 s it is clamping. */
+static void test_a_contact_that_stays_is_clamping(void) {
+    bench.torque[3] = (int16_t)(bench.torque[3] + 1000);
+    run_until(&bench, GUARD_REASON_COLLISION);
+    TEST_ASSERT_EQUAL(CONTACT_CLASS_UNKNOWN, bench.out.contact_class);
+    cycles(&bench, LOCATE_PASSES * JOINTS);
+    TEST_ASSERT_EQUAL(CONTACT_CLASS_COLLISION, bench.out.contact_class);
+    cycles(&bench, 750u);
+    TEST_ASSERT_EQUAL(CONTACT_CLASS_CLAMPING, bench.out.contact_class);
+    TEST_ASSERT_EQUAL_HEX8(CONTACT_CLASS_CLAMPING, page(9u)->data[2] >> 4);
+}
+
+static void test_a_slow_contact_that_ends_is_a_touch(void) {
+    const int16_t before = bench.torque[3];
+    for (uint32_t i = 0; (i < 1000u) && bench.out.permitted; ++i) { /* 4 Nm a second */
+        bench.torque[3] = (int16_t)(before + (int16_t)((2u * i) / 5u));
+        cycle(&bench);
+    }
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 4u);
+    bench.torque[3] = before;
+    cycles(&bench, 700u);
+    TEST_ASSERT_EQUAL(CONTACT_CLASS_TOUCH, bench.out.contact_class);
+}
+
+/* Link 1 is needed. Its middle is on its axis: no force there is seen. */
+static void start_with_a_blind_link(sight_reaction_t reaction) {
+    guard_config_t config = make_config();
+    config.sight.reaction = (uint32_t)reaction;
+    config.task[TASK_NONE].needed_links = 1u;
+    seal_config(&config);
+    start_with(&bench, &config);
+}
+
+static void test_a_blind_link_is_reported(void) {
+    start_with_a_blind_link(SIGHT_REPORT);
+    run_until_permitted(&bench);
+    TEST_ASSERT_EQUAL_HEX8(1u, bench.out.blind_links & 1u);
+    const can_frame_t *frame = page(10u);
+    TEST_ASSERT_EQUAL_HEX8(bench.out.blind_links, frame->data[2]);
+    TEST_ASSERT_EQUAL_HEX8(1u, frame->data[3]);
+    TEST_ASSERT_EQUAL_HEX8(0x81u, bench.out.frame[0].data[4]); /* full speed, no reason */
+}
+
+/* Both tasks need the last link. d_e never sees it. */
+static void start_needing_the_last_link(sight_reaction_t reaction) {
+    guard_config_t config = make_config();
+    config.sight.reaction = (uint32_t)reaction;
+    config.task[TASK_NONE].needed_links = 0x40u;
+    config.task[TASK_CONTACT].needed_links = 0x40u;
+    for (uint32_t i = 0; i < JOINTS; ++i) {
+        config.shape.middle[i][0] = NUM(0.1);
+    }
+    seal_config(&config);
+    start_with(&bench, &config);
+    run_until_permitted(&bench);
+}
+
+static void test_the_speed_is_lowered_while_a_needed_link_is_blind(void) {
+    start_needing_the_last_link(SIGHT_SLOW);
+    TEST_ASSERT_TRUE(bench.out.full_speed);
+    TEST_ASSERT_EQUAL_HEX8(0x81u, bench.out.frame[0].data[4]);
+    bench.task = TASK_CONTACT;
+    cycles(&bench, 250u + 4u * JOINTS);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+    TEST_ASSERT_FALSE(bench.out.full_speed);
+    TEST_ASSERT_EQUAL_HEX8(0x01u, bench.out.frame[0].data[4]);
+    bench.task = TASK_NONE;
+    cycles(&bench, 250u + 4u * JOINTS);
+    TEST_ASSERT_TRUE(bench.out.full_speed);
+}
+
+static void test_a_blind_link_withdraws_the_permission(void) {
+    start_with_a_blind_link(SIGHT_WITHDRAW);
+    cycles(&bench, START_LIMIT);
+    TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+    TEST_ASSERT_EQUAL(GUARD_REASON_BLIND, bench.out.reason);
+    TEST_ASSERT_FALSE(bench.out.permitted);
+}
+
+static void test_a_link_that_becomes_blind_is_a_stop(void) {
+    start_needing_the_last_link(SIGHT_WITHDRAW);
+    bench.task = TASK_CONTACT;
+    cycles(&bench, 250u + 4u * JOINTS);
+    assert_stopped(&bench, GUARD_REASON_BLIND, 0u);
+    TEST_ASSERT_EQUAL(bench.config.stop_input, bench.out.stop_category);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_every_frame_is_sealed_and_counts_by_one);
-    RUN_TEST(test_every_page_and_every_joint_comes_round_in_sixteen_ticks);
+    RUN_TEST(test_every_page_and_every_joint_comes_round_in_22_ticks);
     RUN_TEST(test_counters_are_on_their_pages);
     RUN_TEST(test_the_configuration_in_force_is_named);
     RUN_TEST(test_tick_time_and_deadline_margin_are_told);
     RUN_TEST(test_a_joints_residual_is_told_in_hundredths);
+    RUN_TEST(test_a_trip_keeps_its_channel_joint_value_and_threshold);
+    RUN_TEST(test_a_contact_that_stays_is_clamping);
+    RUN_TEST(test_a_slow_contact_that_ends_is_a_touch);
+    RUN_TEST(test_a_blind_link_is_reported);
+    RUN_TEST(test_the_speed_is_lowered_while_a_needed_link_is_blind);
+    RUN_TEST(test_a_blind_link_withdraws_the_permission);
+    RUN_TEST(test_a_link_that_becomes_blind_is_a_stop);
     return UNITY_END();
 }

@@ -4,6 +4,7 @@
 
 #include "detector.h"
 #include "explained.h"
+#include "sight.h"
 
 static unsigned dead; /* number of the stage that does nothing; 0: all run */
 
@@ -21,7 +22,8 @@ static unsigned dead; /* number of the stage that does nothing; 0: all run */
 #define explained_step(...)    RUN(5u, explained_step, __VA_ARGS__)
 #define bank_step(...)         RUN(6u, bank_step, __VA_ARGS__)
 #define detector_step(...)     RUN(7u, detector_step, __VA_ARGS__)
-#define STAGES                 8u
+#define sight_step(...)        RUN(9u, sight_step, __VA_ARGS__)
+#define STAGES                 9u
 
 #define stages_init          dying_stages_init
 #define stages_run           dying_stages_run

@@ -148,6 +148,14 @@ static void test_indexes_are_compared_again_when_the_filters_have_forgotten_the_
     assert_disagreement_after((AGREE_RANK_US / PERIOD_US) + AGREE_TICKS);
 }
 
+static void test_indexes_are_not_compared_while_filters_remember_a_number_that_was_cut_off(void) {
+    other.saturated = true;
+    other.index[0][0] = 10 * AGREE_INDEX;
+    TEST_ASSERT_TRUE(step());
+    other.saturated = false;
+    assert_disagreement_after((AGREE_RANK_US / PERIOD_US) + AGREE_TICKS);
+}
+
 static void test_residuals_are_compared_whatever_the_ranks(void) {
     own.hard = true;
     other.hard = true;
@@ -193,6 +201,7 @@ int main(void) {
     RUN_TEST(test_the_self_tests_push_is_not_compared);
     RUN_TEST(test_ranks_of_the_hard_projector_may_differ_for_half_a_second);
     RUN_TEST(test_indexes_are_compared_again_when_the_filters_have_forgotten_the_other_rank);
+    RUN_TEST(test_indexes_are_not_compared_while_filters_remember_a_number_that_was_cut_off);
     RUN_TEST(test_residuals_are_compared_whatever_the_ranks);
     RUN_TEST(test_ranks_of_the_soft_projector_are_telemetry);
     RUN_TEST(test_the_worse_wish_wins_and_of_two_alike_the_first);

@@ -99,11 +99,13 @@ static void test_a_stop_command_packs_where_its_signals_are(void) {
                                                 .permission = 1,
                                                 .permission_inverted = 14,
                                                 .stop_category = 2,
+                                                .channel = 3,
                                                 .cycle = 0xA,
                                                 .reason = 6,
+                                                .full_speed = 1,
                                                 .trip_number = 0xC3,
                                                 .index_value = -300};
-    const uint8_t expected[8] = {0x00, 0x70, 0xE1, 0xA2, 0x06, 0xC3, 0xD4, 0xFE};
+    const uint8_t expected[8] = {0x00, 0x70, 0xE1, 0xAE, 0x86, 0xC3, 0xD4, 0xFE};
     uint8_t frame[8];
     tauperp_stop_command_pack(frame, &stop);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, frame, sizeof(frame));
@@ -111,8 +113,9 @@ static void test_a_stop_command_packs_where_its_signals_are(void) {
 
 static void test_a_guard_index_packs_any_joint_by_one_layout(void) {
     for (uint8_t joint = 0; joint < 8u; ++joint) {
-        const struct tauperp_guard_index_t index = {.joint = joint, .residual = -2, .index = 258, .threshold = 0xFEDC};
-        const uint8_t expected[8] = {0x00, (uint8_t)(joint << 4), 0xFE, 0xFF, 0x02, 0x01, 0xDC, 0xFE};
+        const struct tauperp_guard_index_t index = {
+            .joint = joint, .residual = -2, .index = 258, .threshold = 0x3EDC, .channel = 2};
+        const uint8_t expected[8] = {0x00, (uint8_t)(joint << 4), 0xFE, 0xFF, 0x02, 0x01, 0xDC, 0xBE};
         uint8_t frame[8];
         tauperp_guard_index_pack(frame, &index);
         TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, frame, sizeof(frame));

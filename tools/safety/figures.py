@@ -17,7 +17,7 @@ from tauperp.files import repository_root
 from tauperp.firmware import reaction_us
 
 PAGE = repository_root() / "docs" / "safety" / "figures.md"
-PRESETS = ("default", "paper", "bank")
+PRESETS = ("default", "paper")
 ROBOTS = ("ku_dex", "panda", "iiwa7", "kinova3")
 FRAMES_PER_CYCLE = 10  # Sync, TaskCommand, 7 joints, StopCommand
 

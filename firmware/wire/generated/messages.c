@@ -6,8 +6,8 @@ void tauperp_stop_command_pack(uint8_t data[8], const struct tauperp_stop_comman
     data[0] = (uint8_t)(((uint32_t)message->crc & 0xFFu));
     data[1] = (uint8_t)(((uint32_t)message->counter & 0x0Fu) | (((uint32_t)message->joint & 0x0Fu) << 4u));
     data[2] = (uint8_t)(((uint32_t)message->permission & 0x0Fu) | (((uint32_t)message->permission_inverted & 0x0Fu) << 4u));
-    data[3] = (uint8_t)(((uint32_t)message->stop_category & 0x03u) | (((uint32_t)message->cycle & 0x0Fu) << 4u));
-    data[4] = (uint8_t)(((uint32_t)message->reason & 0xFFu));
+    data[3] = (uint8_t)(((uint32_t)message->stop_category & 0x03u) | (((uint32_t)message->channel & 0x03u) << 2u) | (((uint32_t)message->cycle & 0x0Fu) << 4u));
+    data[4] = (uint8_t)(((uint32_t)message->reason & 0x7Fu) | (((uint32_t)message->full_speed & 0x01u) << 7u));
     data[5] = (uint8_t)(((uint32_t)message->trip_number & 0xFFu));
     data[6] = (uint8_t)(((uint32_t)message->index_value & 0xFFu));
     data[7] = (uint8_t)((((uint32_t)message->index_value >> 8u) & 0xFFu));
@@ -112,7 +112,27 @@ void tauperp_guard_status_pack(uint8_t data[8], const struct tauperp_guard_statu
     case 7u:
         data[2] = (uint8_t)(((uint32_t)message->start_cause & 0x0Fu) | (((uint32_t)message->variant & 0x0Fu) << 4u));
         data[3] = (uint8_t)(((uint32_t)message->restarts & 0xFFu));
-        data[4] = (uint8_t)(((uint32_t)message->channel & 0x0Fu) | (((uint32_t)message->channels & 0x0Fu) << 4u));
+        data[4] = (uint8_t)((((uint32_t)message->channels & 0x0Fu) << 4u));
+        break;
+    case 8u:
+        data[2] = (uint8_t)(((uint32_t)message->trip_channel & 0x0Fu) | (((uint32_t)message->trip_joint & 0x0Fu) << 4u));
+        data[3] = (uint8_t)(((uint32_t)message->trip_reason & 0xFFu));
+        data[4] = (uint8_t)(((uint32_t)message->trip_value & 0xFFu));
+        data[5] = (uint8_t)((((uint32_t)message->trip_value >> 8u) & 0xFFu));
+        data[6] = (uint8_t)(((uint32_t)message->trip_threshold & 0xFFu));
+        data[7] = (uint8_t)((((uint32_t)message->trip_threshold >> 8u) & 0xFFu));
+        break;
+    case 9u:
+        data[2] = (uint8_t)(((uint32_t)message->contact_link & 0x0Fu) | (((uint32_t)message->contact_class & 0x0Fu) << 4u));
+        data[3] = (uint8_t)(((uint32_t)message->contact_force & 0xFFu));
+        data[4] = (uint8_t)((((uint32_t)message->contact_force >> 8u) & 0xFFu));
+        data[5] = (uint8_t)(((uint32_t)message->contact_x & 0xFFu));
+        data[6] = (uint8_t)(((uint32_t)message->contact_y & 0xFFu));
+        data[7] = (uint8_t)(((uint32_t)message->contact_z & 0xFFu));
+        break;
+    case 10u:
+        data[2] = (uint8_t)(((uint32_t)message->blind_links & 0xFFu));
+        data[3] = (uint8_t)(((uint32_t)message->needed_links & 0xFFu));
         break;
     default: /* nothing else */
         break;
@@ -127,7 +147,7 @@ void tauperp_guard_index_pack(uint8_t data[8], const struct tauperp_guard_index_
     data[4] = (uint8_t)(((uint32_t)message->index & 0xFFu));
     data[5] = (uint8_t)((((uint32_t)message->index >> 8u) & 0xFFu));
     data[6] = (uint8_t)(((uint32_t)message->threshold & 0xFFu));
-    data[7] = (uint8_t)((((uint32_t)message->threshold >> 8u) & 0xFFu));
+    data[7] = (uint8_t)((((uint32_t)message->threshold >> 8u) & 0x3Fu) | (((uint32_t)message->channel & 0x03u) << 6u));
 }
 
 void tauperp_guard_event_pack(uint8_t data[8], const struct tauperp_guard_event_t *message) {

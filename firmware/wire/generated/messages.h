@@ -49,7 +49,7 @@
 #define TAUPERP_GUARD_STATUS_CHANNELS_TWO_CHOICE 2u
 
 struct tauperp_stop_command_t {
-    uint8_t crc, counter, joint, permission, permission_inverted, stop_category, cycle, reason, trip_number;
+    uint8_t crc, counter, joint, permission, permission_inverted, stop_category, channel, cycle, reason, full_speed, trip_number;
     int16_t index_value;
 };
 
@@ -76,18 +76,24 @@ struct tauperp_guard_status_t {
     uint8_t crc, counter, page, state;
     uint16_t crc_errors, range_errors, resets_refused, firmware_version;
     uint32_t config_crc;
-    uint8_t robot_joints, start_cause, task, numeric, variant, reason, format, restarts;
+    uint8_t robot_joints, start_cause, trip_channel, contact_link, blind_links, task, numeric, variant, trip_joint, contact_class, reason, format, restarts, trip_reason;
+    uint16_t contact_force;
+    uint8_t needed_links;
     uint16_t smallest_singular, sequence_errors, format_errors, trip_count;
     uint8_t wire_version;
     uint16_t worst_tick_time;
-    uint8_t channel, channels, config_schema;
-    uint16_t tick_time, lost_frames, late_frames, saturations, build_id, deadline_margin;
+    int16_t trip_value;
+    uint8_t channels, config_schema;
+    int8_t contact_x;
+    uint16_t tick_time, lost_frames, late_frames, saturations, build_id, deadline_margin, trip_threshold;
+    int8_t contact_y, contact_z;
 };
 
 struct tauperp_guard_index_t {
     uint8_t crc, counter, joint;
     int16_t residual, index;
     uint16_t threshold;
+    uint8_t channel;
 };
 
 struct tauperp_guard_event_t {

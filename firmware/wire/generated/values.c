@@ -46,6 +46,7 @@ const uint8_t reason_class_of[GUARD_REASON_COUNT] = {
     [GUARD_REASON_RESIDUAL_LIMIT] = REASON_STOPPED,
     [GUARD_REASON_SUDDEN] = REASON_STOPPED,
     [GUARD_REASON_CHANNELS_DISAGREE] = REASON_FAULT,
+    [GUARD_REASON_BLIND] = REASON_STOPPED,
 };
 
 const char *const guard_state_name[GUARD_STATE_COUNT] = {
@@ -59,7 +60,7 @@ const char *const guard_reason_name[GUARD_REASON_COUNT] = {
     "Shutdown", "TimeBackwards", "Saturated", "Settling", "AnotherGuard", "AwaitingReset", "Restarted",
     "RestartLimit", "CycleJump", "ObserverRestart", "Implausible", "Frozen", "ErrorRate", "AnotherSender",
     "ClockRate", "ClockStopped", "ExplainedForce", "ExplainedMoment", "ResidualLimit", "Sudden",
-    "ChannelsDisagree",
+    "ChannelsDisagree", "Blind",
 };
 
 const char *const guard_task_name[TASK_COUNT] = {

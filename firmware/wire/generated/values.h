@@ -73,10 +73,11 @@ typedef enum {
     GUARD_REASON_EXPLAINED_MOMENT = 39,
     GUARD_REASON_RESIDUAL_LIMIT = 40,
     GUARD_REASON_SUDDEN = 41,
-    GUARD_REASON_CHANNELS_DISAGREE = 42
+    GUARD_REASON_CHANNELS_DISAGREE = 42,
+    GUARD_REASON_BLIND = 43
 } guard_reason_t;
 
-#define GUARD_REASON_COUNT 43u
+#define GUARD_REASON_COUNT 44u
 
 /* Why the guard started: GuardStatus.StartCause. */
 typedef enum {
@@ -89,6 +90,16 @@ typedef enum {
 } guard_start_t;
 
 #define GUARD_START_COUNT 6u
+
+/* Kind of contact of a collision: GuardStatus.ContactClass. */
+typedef enum {
+    CONTACT_CLASS_UNKNOWN = 0,
+    CONTACT_CLASS_COLLISION = 1,
+    CONTACT_CLASS_TOUCH = 2,
+    CONTACT_CLASS_CLAMPING = 3
+} contact_class_t;
+
+#define CONTACT_CLASS_COUNT 4u
 
 /* What an image was built for: GuardStatus.Variant. */
 typedef enum {
@@ -108,10 +119,13 @@ typedef enum {
     PAGE_VERSIONS = 4,
     PAGE_CONFIG = 5,
     PAGE_TIMING = 6,
-    PAGE_START = 7
+    PAGE_START = 7,
+    PAGE_TRIP = 8,
+    PAGE_CONTACT = 9,
+    PAGE_SIGHT = 10
 } guard_page_t;
 
-#define PAGE_COUNT 8u
+#define PAGE_COUNT 11u
 
 /* What the end-effector does: TaskCommand.Task. */
 typedef enum {

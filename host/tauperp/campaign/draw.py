@@ -28,6 +28,7 @@ MOST_TRIES = 200
 RANGE_SHARE = 0.96  # of a joint's range that a motion may use
 SETTLED_S = 0.35  # from the start of the motion to the earliest collision
 WATCHED_S = 0.35  # from the end of the latest push to the end of the run
+STAYS_S = 1.2  # a force that stays, after its rise
 WIRE_RAD, WIRE_RAD_S = 4.0, 8.0  # range of JointState, with margin for noise
 ROD_RADIUS_M = 0.02
 BALL_RADIUS_M = 0.05
@@ -178,7 +179,7 @@ def _draw_collision(plan: Plan, arm: Arm, rng: np.random.Generator, run: Any) ->
     collision = plan.file.collision
     kind = collision.kinds[int(rng.integers(len(collision.kinds)))]
     link = int(rng.integers(plan.links[0], plan.links[1] + 1)) - 1
-    run["link"], run["push"] = link, layout.PULSE if kind == "pulse" else layout.CONTACT
+    run["link"], run["push"] = link, layout.PUSHES[kind]
     run["force_n"] = rng.uniform(*collision.force_n)
     run["push_s"] = rng.uniform(*collision.push_ms) * 1e-3
     latest = plan.file.motion.duration_s - run["push_s"] - WATCHED_S
@@ -189,6 +190,10 @@ def _draw_collision(plan: Plan, arm: Arm, rng: np.random.Generator, run: Any) ->
     run["speed_m_s"] = rng.uniform(*collision.speed_m_s)
     run["point"] = surface_point(arm.robot, link, run["along"], rng)
     run["direction"] = unit(rng)
+    if kind in ("touch", "clamp"):  # the force stays: the run lasts until the guard can classify it
+        run["push_s"] = rng.uniform(*collision.touch_ms) * 1e-3
+        run["onset_s"] = rng.uniform(SETTLED_S, 2 * SETTLED_S)
+        run["duration_s"] = run["onset_s"] + run["push_s"] + STAYS_S
     if kind == "contact":  # time for the part to reach the arm
         run["onset_s"] = max(run["onset_s"] - 0.12 / run["speed_m_s"], 0.05)
 

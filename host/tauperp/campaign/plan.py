@@ -84,12 +84,16 @@ class Motion(Table):
 
 
 class Collision(Table):
-    """`pulse`: a half-sine force at a point of the link. `contact`: a part of a body on soft tissue strikes it."""
+    """`pulse`: a half-sine force at a point of the link. `contact`: a part of a body on soft tissue strikes it.
 
-    kinds: list[Literal["pulse", "contact"]] = Field(default=["pulse", "contact"], min_length=1)
+    `touch`: a force that rises slowly, and `clamp`: one that rises fast; both stay.
+    """
+
+    kinds: list[Literal["pulse", "contact", "touch", "clamp"]] = Field(default=["pulse", "contact"], min_length=1)
     links: LinkRange | None = None  # from 1; unset: from 2 to the last
     force_n: PositiveRange = (20.0, 100.0)
     push_ms: PositiveRange = (50.0, 300.0)
+    touch_ms: PositiveRange = (400.0, 1000.0)  # in which the force of a touch rises
     parts: list[str] = Field(default=["hand", "forearm"], min_length=1)
     speed_m_s: PositiveRange = (0.1, 0.5)
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tauperp import page
+from tauperp.campaign.contact import class_rows, contact_line, link_rows
 from tauperp.campaign.execute import Effort
 from tauperp.campaign.injection import Injected, as_hits
 from tauperp.campaign.plan import Plan
@@ -149,6 +150,7 @@ def lines(report: dict[str, Any]) -> list[str]:
             text.append(
                 f"         stops for an input (missing, frozen, implausible): {one['false_stops']['input_stops']}"
             )
+        text.append("         " + contact_line(one["contact"]))
         others = {name: count for name, count in one["statuses"].items() if name != "done"}
         if others:
             text.append("         not judged: " + ", ".join(f"{name} {count}" for name, count in others.items()))
@@ -191,6 +193,12 @@ def _html(title: str, report: dict[str, Any], png: bytes) -> str:
         rows += [[_range(group, "kg"), *_cells(group)] for group in one["by_payload"]]
         rows += [[group["kind"], *_cells(group)] for group in one["by_kind"]]
         parts.append(page.table(("", *_HEADER), rows))
+        contact = one["contact"]
+        parts.append(
+            page.table(("hit", "cannot tell", *(f"told {link}" for link in contact["links"])), link_rows(contact))
+        )
+        parts.append(page.table(("push", *(name.lower() for name in contact["classes"])), class_rows(contact)))
+        parts.append(page.note(_force_note(contact)))
         compared = [
             [
                 detector["detector"],
@@ -205,6 +213,16 @@ def _html(title: str, report: dict[str, Any], png: bytes) -> str:
         parts.append(page.table(("detector", "found", "median ms", "p95 ms", "false moves", "thresholds Nm"), compared))
     parts.append(page.note(provenance_line(report["hashes"]) + f"; plan {report['digest']}; {report['sensors']}"))
     return page.page(title, parts)
+
+
+def _force_note(contact: dict[str, Any]) -> str:
+    angle, ratio = contact["direction_error_deg_p50"], contact["force_over_true_p50"]
+    if angle is None:
+        return "No force was estimated on the right link."
+    return (
+        f"Force on the links that were told right: median error of its direction {angle:g} degrees, median of its size "
+        f"over the true one at the stop {'-' if ratio is None else f'{ratio:g}'}."
+    )
 
 
 def _range(group: dict[str, Any], unit: str) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tauperp.campaign.contact import contact_summary
 from tauperp.firmware import Reason
 from tauperp.intervals import poisson, quantile, wilson
 from tauperp.kernel import layout
@@ -171,10 +172,11 @@ def summarise(task: str, free: Rows, all_hits: Rows, names: list[str], threshold
         "by_payload": _bins(hits, hits["payload_kg"], PAYLOAD_EDGES_KG) if task == "payload" else [],
         "by_kind": [
             {"kind": kind, **_group(hits[hits["push"] == number])}
-            for kind, number in (("pulse", layout.PULSE), ("contact", layout.CONTACT))
+            for kind, number in layout.PUSHES.items()
             if (hits["push"] == number).any()
         ],
         "heat_map": _heat_map(hits, links),
+        "contact": contact_summary(hits[np.isin(reasons, DETECTION) & stopped]),
         "detectors": [
             {**_compared(free, hits, k, name, thresholds[k]), "roc": roc(free, hits, k)} for k, name in enumerate(names)
         ],

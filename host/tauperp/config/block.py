@@ -20,7 +20,7 @@ TASK_COUNT = len(Task)
 MAX_CHANNELS = 4  # BANK_MAX_CHANNELS
 
 MAGIC = 0x50524554  # "TERP"
-SCHEMA = 3
+SCHEMA = 4
 NUMERICS: dict[Numeric, int] = {"float32": 1, "q9.22": 2}
 CRC_END = 16  # magic, schema, size and the CRC itself are outside of what it covers
 
@@ -74,6 +74,8 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
     acceleration = np.dtype([("force_floor_n", num), ("error_max", num)])
     regressor = np.dtype([("used", word), ("low_pass", channel)])
     sensor = np.dtype([("offset_nm", num, MAX_JOINTS), ("friction_nm", num, MAX_JOINTS)])
+    shape = np.dtype([("middle", num, (MAX_JOINTS, 3)), ("half_m", num, MAX_JOINTS)])
+    sight = np.dtype([("reaction", word), ("force_n", num)])
     index = np.dtype(
         [
             ("kind", word),
@@ -98,7 +100,7 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
             ("residual_max_nm", num, MAX_JOINTS),
         ]
     )  # fmt: skip
-    task = np.dtype([("index", index), ("detector", detector), ("limits", limits)])
+    task = np.dtype([("index", index), ("detector", detector), ("limits", limits), ("needed_links", word)])
     words = (
         "magic", "schema", "size", "crc", "numeric", "wire", "format", "period_us",
         "sync_deadline_us", "joint_deadline_us", "task_deadline_us", "tick_deadline_us", "tick_budget_us",
@@ -114,6 +116,8 @@ def block_dtype(numeric: Numeric) -> np.dtype[np.void]:
             ("acceleration", acceleration),
             ("regressor", regressor),
             ("sensor", sensor),
+            ("shape", shape),
+            ("sight", sight),
             ("task", task, TASK_COUNT),
             ("robot", robot),
         ]

@@ -33,6 +33,7 @@ _ORDERS = {"filter_first": 1, "project_first": 2}
 _PROJECTORS = {"hard": 1, "soft": 2}
 _CHANNELS_OF = {"unexplained": 0, "sudden": 1}
 _FRAMES = {"base": 1, "tool": 2}  # FRAME_BASE, FRAME_TOOL
+_REACTIONS = {"report": 0, "slow": 1, "withdraw": 2}  # sight_reaction_t
 _TORQUE_SAMPLES = {"interval": 1, "instant": 2}
 _FORMATS = {"classic": 1, "fd": 2}
 
@@ -130,6 +131,8 @@ class Configuration:
             )
         if task.index == "off":
             return
+        if task.needed_links and max(task.needed_links) > n:
+            self._refuse(f"task.{name}.needed_links", f"{self.robot.name} has links 1 to {n}")
         rows = task.threshold_nm if any(isinstance(row, list) for row in task.threshold_nm) else [task.threshold_nm]
         if len(rows) not in (1, self.channels):
             self._refuse(place, f"{len(rows)} rows for the {self.channels} channels of the bank")
@@ -312,6 +315,8 @@ class Configuration:
                 "offset_nm": self._by_joint(settings.sensor.offset_nm),
                 "friction_nm": self._by_joint(settings.sensor.friction_nm),
             },
+            "shape": {"middle": _padded(table.middle), "half_m": _padded(table.half_m)},
+            "sight": {"reaction": _REACTIONS[settings.sight.reaction], "force_n": settings.sight.force_n},
             "task": [{}, *(self._task_values(name) for name in settings.task.numbers)],
             "robot": robot,
         }
@@ -329,6 +334,7 @@ class Configuration:
                 "threshold_nm": self.thresholds_nm(name),
             },
             "limits": {**limits, "residual_max_nm": self.residual_max_nm(name)},
+            "needed_links": sum(1 << (link - 1) for link in set(task.needed_links)),
         }
 
     def watched(self, name: str) -> int:
@@ -369,3 +375,8 @@ class Configuration:
             }
             for one in channels
         ]
+
+
+def _padded(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """With zeros behind the last joint."""
+    return np.concatenate([values, np.zeros((MAX_JOINTS - len(values), *values.shape[1:]))])

@@ -46,7 +46,7 @@ def load_configuration(
     own = read_toml(path)
     if overrides:
         own = _merged(own, overrides)
-    settings = validate(Settings, _completed(own, name, is_preset), name)
+    settings = validate(Settings, _fitting(own, _with_sensors(_completed(own, name, is_preset))), name)
 
     arm = _robot(settings.robot, robot, path.parent, name, chain or {})
     for task in TASKS:
@@ -67,6 +67,28 @@ def _completed(own: Mapping[str, Any], name: str, is_preset: bool) -> dict[str, 
         known = ", ".join(preset_names())
         raise InputError(f"{name}: preset: there is no preset {preset!r} (there are {known})")
     return _merged(_completed(read_toml(_PRESETS / f"{preset}.toml"), preset, True), own)
+
+
+def _with_sensors(tables: dict[str, Any]) -> dict[str, Any]:
+    """The tables, with the thresholds of their sensor preset where they contain none."""
+    sensor = tables.get("sensor")
+    path = _PRESETS / "sensors" / f"{sensor.get('preset') if isinstance(sensor, Mapping) else None}.toml"
+    return _merged(read_toml(path), tables) if path.is_file() else tables
+
+
+def _fitting(own: Mapping[str, Any], tables: dict[str, Any]) -> dict[str, Any]:
+    """The tables. A task whose index the file chooses keeps only the fast components that it explains.
+
+    If that would leave no slow component, it keeps none.
+    """
+    chosen = own.get("task")
+    rows = {name: chosen.get(name) for name in TASKS} if isinstance(chosen, Mapping) else {}
+    for name, row in rows.items():
+        if isinstance(row, Mapping) and "index" in row and "fast" not in row and row["index"] != "d_e":
+            components = row.get("components", [])
+            kept = [part for part in tables["task"][name].get("fast", []) if part in components]
+            tables = _merged(tables, {"task": {name: {"fast": kept if len(kept) < len(components) else []}}})
+    return tables
 
 
 def _merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:

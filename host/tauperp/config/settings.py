@@ -12,6 +12,7 @@ from tauperp.config.indexes import Component, IndexName
 from tauperp.toml import Table
 
 TaskName = Literal["none", "payload", "contact"]
+SensorPreset = Literal["harsh", "panda"]  # of tauperp.sim.sensors; their thresholds are in presets/sensors
 StopCategory = Literal[0, 1, 2]
 EarlyStop = Literal[0, 1]  # holding under power is for a collision only
 
@@ -115,12 +116,21 @@ class Limits(Table):
 class Sensor(Table):
     """Offset and friction of the joints' torque sensors (`tauperp calibrate`), Nm."""
 
+    preset: SensorPreset | None = None  # its thresholds (presets/sensors) apply unless a file contains its own
+
     offset_nm: Annotated[list[Annotated[float, Field(ge=-64, le=64)]], BeforeValidator(_one_or_many)] = Field(
         default=[0.0], min_length=1, max_length=MAX_JOINTS
     )  # one for all joints, or one per joint
     friction_nm: Annotated[list[Annotated[float, Field(ge=0, le=64)]], BeforeValidator(_one_or_many)] = Field(
         default=[0.0], min_length=1, max_length=MAX_JOINTS
     )  # Coulomb friction between sensor and link
+
+
+class Sight(Table):
+    """Which links count as seen, and the reaction to a blind one (firmware/core/sight.h)."""
+
+    force_n: float = Field(default=500.0, gt=0, le=500)  # along one axis: a link is seen if it reaches a threshold
+    reaction: Literal["report", "slow", "withdraw"] = "report"  # while the task in force does not see a link it needs
 
 
 class Task(Table):
@@ -135,6 +145,7 @@ class Task(Table):
     fast: list[Component] = Field(default=[], max_length=6)  # those of them that may change fast
     frame: Literal["base", "tool"] = "base"  # of the components' axes
     point_m: Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
+    needed_links: list[Annotated[int, Field(ge=1, le=MAX_JOINTS)]] = []  # that it has to see, from 1
     limits: Limits
 
 
@@ -193,6 +204,7 @@ class Settings(Table):
     bank: Bank = Bank()
     subspace: Subspace
     sensor: Sensor = Sensor()
+    sight: Sight = Sight()
     acceleration: Acceleration
     regressor: Regressor = Regressor()
     task: Tasks

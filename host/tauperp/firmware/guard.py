@@ -6,11 +6,13 @@ import dataclasses
 from typing import Any
 
 import can
+import numpy as np
+import numpy.typing as npt
 
 from tauperp.config import NUMERICS, Numeric
 from tauperp.errors import InputError
 from tauperp.firmware.library import FloatArray, load_library
-from tauperp.wire_values import Reason, Start, State, Variant
+from tauperp.wire_values import ContactClass, Reason, Start, State, Variant
 
 _DATA_LENGTH = 8  # CAN_FRAME_DATA_LENGTH
 _FD, _BRS, _EXTENDED, _REMOTE = 1, 2, 4, 8  # CAN_FRAME_*
@@ -37,6 +39,7 @@ _REFUSALS = {
     18: "a channel's gain is not 1, or no channel of a task detects a constant force",
     19: "its worst-case reaction time is too long",
     20: "the blocks of the two channels are of different installations",
+    21: "the shape of a link, a needed link or the reaction to a blind link is outside its bounds",
 }  # guard_status_t, from GUARD_BAD_MAGIC on
 _GUARD_OK = 1
 
@@ -60,6 +63,14 @@ class Verdict:
     index: FloatArray  # (n,) the index of the active task, in the channel nearest to its threshold, Nm
     threshold: FloatArray  # (n,) threshold in force in that channel, Nm
     channel: int  # of the index that is nearest to its threshold
+    value_channel: int  # of value_nm
+    index_channel: npt.NDArray[np.uint8]  # (n,) of `index`
+    full_speed: bool  # the permission is not for the reduced speed only
+    blind_links: int  # bit per link, link 1 the lowest: the index in force does not see it
+    needed_links: int  # bit per link: the task in force has to
+    contact_link: int  # that the last collision hit, 1 to n; 0: cannot tell, or not yet
+    contact_class: ContactClass  # of the last collision
+    contact_force: FloatArray  # (3,) on the robot, base frame, N
     smallest_singular: float  # of the active basis, or a lower bound, Nm per N; 0 without a basis
     rank: int
     frames: list[can.Message]  # send in this order
@@ -175,6 +186,7 @@ class Guard:
     def tick(self, now_us: int) -> Verdict:
         """Make one tick. Costs about 20 us in Python, of which the firmware takes a few."""
         output, n, scale = self._output, self.n, self._scale
+        force = output.contact_force
         self._call("tick", now_us, output)
         frames = [self._message(output.frame[i], now_us) for i in range(output.frame_count)]
         if self._events is not None:
@@ -197,6 +209,14 @@ class Guard:
             self.library.from_num(self._index[:n]),
             self.library.from_num(self._threshold[:n]),
             int(output.channel),
+            int(output.value_channel),
+            np.frombuffer(self.library.ffi.buffer(output.index_channel), np.uint8)[:n].copy(),
+            output.full_speed,
+            output.blind_links,
+            output.needed_links,
+            output.contact_link,
+            ContactClass(output.contact_class),
+            np.array([force.x, force.y, force.z]) * scale,
             output.smallest_singular * scale,
             output.rank,
             frames,

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-ABI = 4
+ABI = 5
 JOINTS, GUARDS, DETECTORS, SECTIONS, WAVES, CHANNELS, COLUMNS = 8, 8, 16, 4, 3, 4, 6
 
-NO_PUSH, PULSE, CONTACT = 0, 1, 2
+NO_PUSH, PULSE, CONTACT, TOUCH, CLAMP = 0, 1, 2, 3, 4
+PUSHES = {"pulse": PULSE, "contact": CONTACT, "touch": TOUCH, "clamp": CLAMP}
 REST, MOVE, WAVE = 0, 1, 2
 RESIDUAL, INDEX, OWN = 0, 1, 2
 
@@ -163,6 +164,8 @@ RESULT = np.dtype(
         ("simulated_s", F8),
         ("stop_value_nm", F8),
         ("stop_threshold_nm", F8),
+        ("contact_force", F8, 3),
+        ("true_force", F8, 3),
         ("before", F8, DETECTORS),
         ("during", F8, DETECTORS),
         ("delay_s", F8, DETECTORS),
@@ -175,6 +178,8 @@ RESULT = np.dtype(
         ("joint", U4),
         ("link", U4),
         ("stops", U4),
+        ("contact_link", U4),
+        ("contact_class", U4),
         ("input_stops", U4),
     ],
     align=True,

@@ -188,6 +188,8 @@ class Monitor:
             trip_number=int(signals["TripNumber"]),
             category=words["StopCategory"].get(int(signals["StopCategory"]), "?"),
             index_nm=signals["IndexValue"],
+            channel=int(signals["Channel"]),
+            full_speed=bool(signals["FullSpeed"]),
         )
 
     def _traffic(self, message: WireMessage) -> Traffic:

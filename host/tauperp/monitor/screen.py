@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from rich.text import Text
 
 from tauperp.monitor.advice import advice, singular
+from tauperp.monitor.contact import blind_words, contact_words
 from tauperp.monitor.joints import joint_lines
 from tauperp.monitor.snapshot import Snapshot, Stop, Traffic, spoken
 from tauperp.monitor.style import ALARM, HEADING, STALE, beside, big_word, dotted, fit, room_beside
@@ -91,10 +92,11 @@ def _words(snapshot: Snapshot) -> tuple[str, str, str]:
     state = spoken(str(snapshot.live("State") or "state not heard"))
     if verdict.permitted:
         trips = f"trip {verdict.trip_number} was the last" if verdict.trip_number else "no trip so far"
-        return f"{state}: motion is permitted", f"largest index {verdict.index_nm:.2f} Nm", trips
+        speed = "" if verdict.full_speed else " at reduced speed"
+        return f"{state}: motion is permitted{speed}", f"largest index {verdict.index_nm:.2f} Nm", trips
     where = _cause(spoken(verdict.reason), verdict.joint)
     if verdict.collided:
-        where += f", index {verdict.index_nm:+.2f} Nm"
+        where += f", index {verdict.index_nm:+.2f} Nm, channel {verdict.channel + 1}"
     category = f"stop category {CATEGORY.get(verdict.category, '?')} ({spoken(verdict.category)})"
     trip = f"trip {verdict.trip_number}, {category}" if verdict.trip_number else category
     return f"{state}: motion is not permitted", where, trip
@@ -113,7 +115,9 @@ def _guard(snapshot: Snapshot) -> list[Text]:
     smallest = _known(snapshot, "SmallestSingular", "smallest singular value", "Nm/N", "{:.4f}")
     if zero:
         smallest = Text("singular value ", STALE).append(zero, "bold")
-    first = dotted(_known(snapshot, "State", "state"), _known(snapshot, "Task", "task"), smallest)
+    contact = contact_words(snapshot) if snapshot.heard and not snapshot.permitted else ""
+    last = contact or blind_words(snapshot)
+    first = dotted(_known(snapshot, "State", "state"), _known(snapshot, "Task", "task"), smallest, last)
     if next_step:
         return [first, Text(next_step, "bold")]
     return [

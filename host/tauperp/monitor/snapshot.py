@@ -38,6 +38,8 @@ class Verdict:
     trip_number: int
     category: str
     index_nm: float
+    channel: int = 0  # of the bank, of that index
+    full_speed: bool = True  # the permission is not for the reduced speed only
 
     @property
     def collided(self) -> bool:

@@ -33,6 +33,10 @@ _SINCE_START = (
     *("CrcErrors", "SequenceErrors", "LostFrames", "RangeErrors", "FormatErrors", "LateFrames"),
     *("ResetsRefused", "TripCount", "Saturations", "WorstTickTime", "TripNumber"),
 )
+_OF_TRIP = (
+    *("TripChannel", "TripJoint", "TripReason", "TripValue", "TripThreshold"),
+    *("ContactLink", "ContactClass", "ContactForce", "ContactX", "ContactY", "ContactZ"),
+)
 _BUILD = ("FirmwareVersion", "BuildId")
 _VERSIONS_PAGE = 4  # of GuardStatus, which has one in every other tick
 _FORGOTTEN_GAINS = 20.0  # times 1 / K: e^-20 of a hundred Nm is far below a frame's 0.01 Nm
@@ -88,6 +92,7 @@ def masked_signals(origin: Origin, build: tuple[int, int] | None) -> dict[str, s
     masked = dict.fromkeys(_BUILD, "another build of the firmware") if build and origin.build != build else {}
     if origin.joined:
         masked |= dict.fromkeys(_SINCE_START, "counted since a start that is not in the log")
+        masked |= dict.fromkeys(_OF_TRIP, "of a trip that may be before the log")
         masked |= {"Channels": "one channel is compared"} if origin.channels == 2 else {}
     if not origin.lockstep:
         masked |= dict.fromkeys(_REAL_TIME, "measured by a clock that is not in the log")

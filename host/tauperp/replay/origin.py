@@ -20,7 +20,7 @@ from tauperp.wire_values import Page
 _LOOK_AHEAD_TICKS = 64  # two rounds of pages and joints, and some lost
 _LOOK_AHEAD_FRAMES = 20_000  # of a bus without a guard
 _PAGES, _WIRE_FORMATS = len(Page), {"classic": 500.0, "fd": 1000.0}
-_MAX_TICKS_BEFORE = 3360  # counters, pages and joints come round together: 32 ticks, 16 ticks, twice 1 to 8 joints
+_MAX_TICKS_BEFORE = 2464  # until counters (32 ticks), pages (22) and seven joints (14) are together again
 
 
 @dataclasses.dataclass(frozen=True)

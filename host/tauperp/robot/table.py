@@ -57,6 +57,8 @@ class RobotTable:
     gravity: Array  # (3,)
     tip: Array  # (3,)
     tool: Array  # (3, 3) of the tip link in the last joint's frame; not in robot_t
+    middle: Array  # (n, 3) of each link's capsule; in lever_config_t
+    half_m: Array  # (n,) its half length, as a standard deviation of a point on it from the middle; in lever_config_t
     joint: tuple[TableJoint, ...]
 
 
@@ -108,8 +110,23 @@ def make_table(robot: Robot) -> RobotTable:
         gravity=_clean(robot.gravity),
         tip=_clean(to_table[-1] @ robot.tip - slide[-1] * z),
         tool=_clean(to_table[-1] @ robot.tip_rotation),
+        middle=np.array([_clean(to_table[i] @ _middle(robot, i) - slide[i] * z) for i in range(n)]),
+        half_m=np.array([_spread(robot, i) for i in range(n)]),
         joint=joints,
     )
+
+
+def _middle(robot: Robot, link: int) -> Array:
+    shape = robot.capsules[link]
+    middle: Array = (shape.p0 + shape.p1) / 2
+    return middle
+
+
+def _spread(robot: Robot, link: int) -> float:
+    """Of points on a link's surface about its middle, m: evenly spread along the axis, and one radius off it."""
+    shape = robot.capsules[link]
+    along = shape.p1 - shape.p0
+    return float(np.sqrt(along @ along / 12 + shape.radius**2 / 2))
 
 
 def _slides(rotation: list[Array], offset: list[Array]) -> list[float]:
