@@ -97,7 +97,13 @@ PLANTS = [
         "# planted\n" * 401,
         "tests/target/planted.py: 401 lines",
     ),
-    Plant(f"{LAYERS}no_include_climbs", "firmware/wire/e2e.c", "", '\n#include "bank.h"\n', "wire/e2e.c -> core"),
+    Plant(
+        f"{LAYERS}no_include_goes_to_a_higher_layer",
+        "firmware/wire/e2e.c",
+        "",
+        '\n#include "bank.h"\n',
+        "wire/e2e.c -> core",
+    ),
     Plant(
         f"{LAYERS}no_include_goes_to_a_higher_layer",
         "firmware/wire/e2e.c",
