@@ -26,7 +26,7 @@ UNREVIEWED = "unreviewed"
 SEED = 4711
 SPARSE = 100  # divides the repetitions of random tests, as on the emulated targets
 HEAD = f"""# Mutants that no unit test kills, by file and function, with the reason.
-# tools/mutate/mutate.py --write adds new ones; the reasons are by hand. "{UNREVIEWED}" fails `make mutants`.
+# tools/mutate/mutate.py --write adds new ones; a person adds the reasons. "{UNREVIEWED}" fails `make mutants`.
 """
 
 
