@@ -11,7 +11,7 @@ IMAGES := unit-images counting-images bench-images
 PREPARED := $(BUILT) unit-programs build/bus-peer build/bus-soak build/controller
 LINTS := lint-gcc lint-clang lint-format lint-python lint-types $(patsubst tools/%,current-%,$(wildcard tools/*2c))
 .PHONY: help venv demo arms figures campaign-figures $(BUILT) $(IMAGES) firmware flash bench bench-baseline bench-check bench-can \
-    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check fuzz prove mutants faults evidence clean FORCE
+    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check coverage fuzz prove mutants faults evidence clean FORCE
 library: ## build the firmware for the host: build/libtauperp.so
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 24
@@ -65,6 +65,7 @@ generate: ## write the generated C (DBC codec, robot tables, names)
 generate-check: ## check that the committed generated files are current
 $(LINTS) format generate generate-check: venv
 	@tools/lint $@
+coverage: ## measure which lines, branches and conditions (MC/DC) of the firmware its unit tests reach; out/coverage/report.md
 fuzz: venv ## feed random streams of frames to the guard, with libFuzzer: make fuzz [FRAMES=1e8] [TARGET=guard|block|e2e]
 	@tools/toolbox clang19 && $(VENV)/bin/python tools/fuzz run $(or $(TARGET),guard) --frames $(or $(FRAMES),1e8)
 prove: venv ## prove properties of the fixed-point firmware with CBMC, every harness (docs/safety/proofs.md)
@@ -73,7 +74,6 @@ mutants: venv ## check that a unit test fails for each changed operator, constan
 	@$(VENV)/bin/python tools/mutate/mutate.py $(FILES)
 faults: build/faults library ## inject a million seeded faults into the guard and the stm32g4 image; out/faults/report.json
 evidence: ## run every check and write its numbers onto one page: out/evidence/index.md (under an hour)
-faults evidence: venv
+coverage faults evidence: venv
 	@$(VENV)/bin/python tools/$@/$@.py $(ARGUMENTS)
-clean: ## remove build and out; .venv and .toolbox stay
-	@rm -rf build out
+clean:; @rm -rf build out ## remove build and out; .venv and .toolbox stay

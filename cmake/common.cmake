@@ -32,3 +32,6 @@ list(FILTER second_sources EXCLUDE REGEX "/firmware/schedule/")
 tauperp_settings(settings-second TAUPERP_FIXED=1 TAUPERP_SECOND=1)
 target_compile_options(settings-second INTERFACE
     "$<$<COMPILE_LANGUAGE:C>:SHELL:-include ${TAUPERP_FIRMWARE}/api/names.h>")
+if(TAUPERP_COVERAGE) # lines of the second channel count where its numeric type is the first one
+    target_compile_options(settings-second INTERFACE -fno-profile-instr-generate -fno-coverage-mapping -fno-coverage-mcdc)
+endif()

@@ -18,7 +18,7 @@ endif()
 
 # Tests of board models, of their registers and of the Linux process run only on the host.
 set(target_tests ${unit_tests})
-list(FILTER target_tests EXCLUDE REGEX "/test_(board_.*|fdcan|linux_.*)\\.c$")
+list(FILTER target_tests EXCLUDE REGEX "/test_(board_.*|fdcan|linux_.*|robot_side)\\.c$")
 
 # tauperp_target_image(NAME FOLDER FILE OBJECTS...)
 function(tauperp_target_image name folder file)

@@ -56,7 +56,7 @@ void projection_hard(projection_t *self, uint32_t n, uint32_t k, const num_t col
     subspace_reject(&self->subspace, tau, rejected);
     self->smallest = self->subspace.smallest;
     self->rank = self->subspace.rank;
-    self->converged = self->subspace.converged || (k == 0u);
+    self->converged = self->subspace.converged;
 }
 
 void projection_soft(projection_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s,

@@ -5,6 +5,7 @@ bool sensor_config_is_valid(const sensor_config_t *config) {
     for (uint32_t i = 0; i < (uint32_t)ROBOT_MAX_JOINTS; ++i) {
         const num_t offset = config->offset_nm[i];
         const num_t friction = config->friction_nm[i];
+        /* Uncovered in fixed: 2 branches, 2 conditions. Every pattern of Q9.22 is a number. */
         holds = holds && num_finite(offset) && num_finite(friction);
         holds = holds && (num_abs(offset) <= NUM(SENSOR_MAX_NM));
         holds = holds && (friction >= NUM(0)) && (friction <= NUM(SENSOR_MAX_NM));

@@ -96,6 +96,7 @@ static void follow_weakest(soft_t *self, num_t s) {
         w[c - 1u] = num_mul(num_narrow(rest, &ignored), inverse[c - 1u], &ignored);
     }
     (void)normalise(w, k, &ignored);
+    /* Uncovered in fixed: 1 region, 1 branch. Every pattern of Q9.22 is a number. */
     if (!num_finite(stretched)) {
         start_weakest(self);
         return;

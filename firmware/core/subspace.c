@@ -86,6 +86,7 @@ static const num_t (*scaled_columns(subspace_t *self, work_t *work, uint32_t k,
         }
     }
     work->headroom = num_headroom(size);
+    /* Uncovered in float, 5 lines: 7 regions, 5 branches. The headroom of a float is 0. */
     if (work->headroom == 0) {
         return column;
     }
@@ -101,6 +102,7 @@ static const num_t (*scaled_columns(subspace_t *self, work_t *work, uint32_t k,
 static bool made_of_numbers(const bidiagonal_t *b) {
     bool finite = true;
     for (uint32_t i = 0; i < b->rows; ++i) {
+        /* Uncovered in fixed: 2 branches, 2 conditions. Every pattern of Q9.22 is a number. */
         finite = finite && num_finite(b->diagonal[i]);
     }
     return finite;
@@ -162,6 +164,7 @@ static void decompose(subspace_t *self, work_t *work, uint32_t n, uint32_t k, co
     if (n < k) {
         bidiagonal_square(b, &self->saturations);
     }
+    /* Uncovered in fixed: 1 region, 1 branch. Every pattern of Q9.22 is a number. */
     if (!made_of_numbers(b)) {
         return;
     }
@@ -184,6 +187,7 @@ static void decompose(subspace_t *self, work_t *work, uint32_t n, uint32_t k, co
         }
     }
     bidiagonal_rotate_back(path, unexplained, self->unexplained);
+    /* Uncovered in float: 1 region, 1 branch. No matrix of float32 is known that wants more sweeps than there are. */
     self->rank = path->done ? (b->rows - unexplained) : 0u;
     self->smallest = (b->rows > 0u) ? num_shift(smallest, -work->headroom, &self->saturations) : NUM(0);
     if ((path->sweeps == 0u) && (self->rank == k) && (self->smallest < weak)) {

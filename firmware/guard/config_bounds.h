@@ -15,7 +15,7 @@
 #define CONFIG_TICK_MAX_US         200000u
 #define CONFIG_HEALTHY_MAX_US      60000000u
 #define CONFIG_SLOWEST_SETTLING_US 500000u /* 5/K of the slowest observer: K is at least 10 1/s */
-#define CONFIG_DEBOUNCE_MAX_US     100000u /* or 2 ticks, if these take longer */
+#define CONFIG_DEBOUNCE_MAX_US     100000u /* two ticks of the longest period */
 #define CONFIG_DWELL_MIN_US        200000u
 #define CONFIG_DWELL_MAX_US        300000u
 #define CONFIG_REACTION_MAX_US     600000u

@@ -31,8 +31,7 @@ static bool limits_are_valid(const guard_config_t *config, const task_config_t *
 static bool detector_is_valid(const guard_config_t *config, const detector_config_t *detector) {
     const uint32_t debounce_us =
         (detector->debounce_ticks <= 1000u) ? (detector->debounce_ticks * config->period_us) : UINT32_MAX;
-    bool valid = (detector->debounce_ticks >= 1u) &&
-                 ((debounce_us <= CONFIG_DEBOUNCE_MAX_US) || (detector->debounce_ticks <= 2u)) &&
+    bool valid = (detector->debounce_ticks >= 1u) && (debounce_us <= CONFIG_DEBOUNCE_MAX_US) &&
                  (detector->channels != 0u) && ((detector->channels >> config->bank.channels) == 0u);
     for (uint32_t c = 0; c < config->bank.channels; ++c) {
         for (uint32_t i = 0; i < config->robot.joint_count; ++i) {
@@ -93,9 +92,8 @@ static bool index_is_valid(const guard_config_t *config, const index_config_t *i
     const bool soft = config->subspace.projector == (uint32_t)PROJECTOR_SOFT;
     const bool components = (index->components != 0u) && ((index->components & ~INDEX_ALL_COMPONENTS) == 0u) &&
                             ((index->fast & ~index->components) == 0u) && (soft || (index->fast == 0u));
-    return components &&
-           ((index->frame == (uint32_t)FRAME_TIP) ? has_no_axes(index)
-                                                  : ((index->frame <= (uint32_t)FRAME_TOOL) && axes_are_valid(index)));
+    const bool framed = (index->frame <= (uint32_t)FRAME_TOOL) && axes_are_valid(index);
+    return components && ((index->frame == (uint32_t)FRAME_TIP) ? has_no_axes(index) : framed);
 }
 
 /* A task with fast components uses a channel of `sudden`. No other task does. */

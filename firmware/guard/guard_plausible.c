@@ -88,7 +88,7 @@ void plausibility_step(plausibility_t *self, const observer_config_t *gains, uin
     for (uint32_t i = 0; i < joints; ++i) {
         const bool plausible = agrees(self, i, snapshot, &step);
         const bool frozen = is_frozen(self, i, snapshot, motion);
-        if ((self->fault == 0u) && !(plausible && !frozen)) {
+        if ((self->fault == 0u) && (!plausible || frozen)) {
             self->fault = plausible ? (uint32_t)GUARD_REASON_FROZEN : (uint32_t)GUARD_REASON_IMPLAUSIBLE;
             self->joint = i;
         }

@@ -33,6 +33,7 @@ static void good(guard_input_t *input, uint64_t now_us) {
 }
 
 static bool within(int32_t raw, int32_t min, int32_t max) {
+    /* Uncovered in both: 1 branch, 1 condition. Every range that the DBC gives today ends at the largest raw value. */
     return (raw >= min) && (raw <= max);
 }
 
@@ -73,7 +74,8 @@ static void receive_sync(guard_t *self, const can_frame_t *frame, uint64_t now_u
     }
     const bool first = !self->inputs.sync.seen;
     const uint16_t advance = (uint16_t)(message.cycle - self->inputs.snapshot.cycle);
-    const bool jumped = !first && ((advance == 0u) || (advance > protocol_receive[PROTOCOL_RECEIVE_SYNC].max_delta));
+    const uint16_t beyond_one = (uint16_t)(advance - 1u); /* wraps where the number did not advance */
+    const bool jumped = !first && (beyond_one >= protocol_receive[PROTOCOL_RECEIVE_SYNC].max_delta);
     if (jumped) {
         /* All 16 bits must advance as the counter does. A robot with a new cycle number is accepted again at once, but
          * everything evaluated before is invalid. */
@@ -277,6 +279,7 @@ void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
     case PROTOCOL_KIND_GUARD_RESET:
         receive_reset(self, frame);
         break;
+    /* Uncovered in both, 2 lines: 2 regions, 2 branches. No row of the generated table has another kind. */
     case PROTOCOL_KIND_NONE:
     default:
         break;

@@ -32,7 +32,7 @@ static void stop_command(guard_t *guard, guard_output_t *out) {
     can_frame_t *const frame = next_frame(guard, out, PROTOCOL_TRANSMIT_STOP_COMMAND);
     struct tauperp_stop_command_t message = {0};
     /* With a second channel, which overwrites the copy, both opinions of this one must permit. */
-    const bool permitted = out->permitted && !(!guard_is_alone(guard) && out->withheld);
+    const bool permitted = out->permitted && (guard_is_alone(guard) || !out->withheld);
     const uint8_t permission =
         permitted ? TAUPERP_STOP_COMMAND_PERMISSION_MOVE_CHOICE : TAUPERP_STOP_COMMAND_PERMISSION_STOP_CHOICE;
     message.permission = permission;

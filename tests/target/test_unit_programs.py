@@ -6,8 +6,8 @@ from emulator import built, run_to_end
 from unity_items import NUMERICS, VERDICT, WRITTEN
 
 pytestmark = pytest.mark.needs("qemu", "arm")
-# Tests of board models, of their registers and of the Linux process run only on the host.
-HOST_ONLY = ("test_board_", "test_fdcan", "test_linux_")
+# Tests of board models, of their registers, of the Linux process and of the robot's end run only on the host.
+HOST_ONLY = ("test_board_", "test_fdcan", "test_linux_", "test_robot_side")
 PROGRAMS = sorted(
     path.stem for path in (ROOT / "tests" / "unit").glob("test_*.c") if not path.stem.startswith(HOST_ONLY)
 )

@@ -181,8 +181,16 @@ static void test_a_slow_guard_takes_a_sample_every_tick(void) {
     TEST_ASSERT_EQUAL(20000u, next().step);
 }
 
+static void test_a_step_longer_than_its_field_is_the_largest_that_fits(void) {
+    log_.step_us = 100000u;
+    trip(1u);
+    ticks(1u + 5u * EVENT_AFTER, 1.0);
+    TEST_ASSERT_EQUAL(UINT16_MAX, next().step);
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_step_longer_than_its_field_is_the_largest_that_fits);
     RUN_TEST(test_nothing_is_said_before_a_trip_is_complete);
     RUN_TEST(test_an_event_has_samples_from_before_and_after_its_trip);
     RUN_TEST(test_the_last_three_trips_are_kept);

@@ -7,6 +7,7 @@
 #include "sight.h"
 
 static unsigned dead; /* number of the stage that does nothing; 0: all run */
+static bool lost;     /* the projection does not converge */
 
 #define RUN(number, stage, ...)                                                                                        \
     do {                                                                                                               \
@@ -17,13 +18,17 @@ static unsigned dead; /* number of the stage that does nothing; 0: all run */
 #define motion_step(...)       RUN(1u, motion_step, __VA_ARGS__)
 #define observer_step(...)     RUN(2u, observer_step, __VA_ARGS__)
 #define acceleration_step(...) RUN(3u, acceleration_step, __VA_ARGS__)
-#define index_step(...)        RUN(4u, index_step, __VA_ARGS__)
-#define regressor_step(...)    RUN(8u, regressor_step, __VA_ARGS__)
-#define explained_step(...)    RUN(5u, explained_step, __VA_ARGS__)
-#define bank_step(...)         RUN(6u, bank_step, __VA_ARGS__)
-#define detector_step(...)     RUN(7u, detector_step, __VA_ARGS__)
-#define sight_step(...)        RUN(9u, sight_step, __VA_ARGS__)
-#define STAGES                 9u
+#define index_step(self, ...)                                                                                          \
+    do {                                                                                                               \
+        RUN(4u, index_step, self, __VA_ARGS__);                                                                        \
+        (self)->converged = (self)->converged && !lost;                                                                \
+    } while (false)
+#define regressor_step(...) RUN(8u, regressor_step, __VA_ARGS__)
+#define explained_step(...) RUN(5u, explained_step, __VA_ARGS__)
+#define bank_step(...)      RUN(6u, bank_step, __VA_ARGS__)
+#define detector_step(...)  RUN(7u, detector_step, __VA_ARGS__)
+#define sight_step(...)     RUN(9u, sight_step, __VA_ARGS__)
+#define STAGES              9u
 
 #define stages_init          dying_stages_init
 #define stages_run           dying_stages_run
@@ -58,6 +63,7 @@ static bench_t bench;
 
 void setUp(void) {
     dead = 0;
+    lost = false;
     start(&bench);
 }
 void tearDown(void) {}
@@ -88,8 +94,16 @@ static void test_a_stage_that_never_ran_is_found_by_the_self_test_or_the_first_t
     }
 }
 
+static void test_a_projection_that_does_not_converge_is_a_fault_at_once(void) {
+    run_until_permitted(&bench);
+    lost = true;
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_projection_that_does_not_converge_is_a_fault_at_once);
     RUN_TEST(test_a_stage_that_stops_running_is_a_fault_at_once);
     RUN_TEST(test_a_stage_that_never_ran_is_found_by_the_self_test_or_the_first_tick);
     return UNITY_END();

@@ -149,6 +149,9 @@ static void test_indexes_are_compared_again_when_the_filters_have_forgotten_the_
 }
 
 static void test_indexes_are_not_compared_while_filters_remember_a_number_that_was_cut_off(void) {
+    own.saturated = true;
+    TEST_ASSERT_TRUE(step());
+    own.saturated = false;
     other.saturated = true;
     other.index[0][0] = 10 * AGREE_INDEX;
     TEST_ASSERT_TRUE(step());
@@ -188,8 +191,22 @@ static void test_the_worse_wish_wins_and_of_two_alike_the_first(void) {
     TEST_ASSERT_EQUAL_PTR(&own, opinion_worse(&other, &own));
 }
 
+static void test_a_disagreement_that_lasts_stays_one(void) {
+    own.hard = true;
+    other.hard = true;
+    other.rank = 5u;
+    other.residual[0] = AGREE_RESIDUAL + 1;
+    for (uint32_t i = 0; i < (2u * AGREE_RANK_MAX_US) / PERIOD_US; ++i) {
+        (void)step();
+    }
+    TEST_ASSERT_FALSE(step());
+    TEST_ASSERT_EQUAL(AGREE_RANK_MAX_US, agree.rank_us);
+    TEST_ASSERT_EQUAL(AGREE_TICKS + 1u, agree.apart);
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_disagreement_that_lasts_stays_one);
     RUN_TEST(test_equal_opinions_agree);
     RUN_TEST(test_a_residual_beyond_its_bound_is_a_disagreement_in_the_third_tick);
     RUN_TEST(test_an_index_beyond_its_bound_is_a_disagreement_in_the_third_tick);

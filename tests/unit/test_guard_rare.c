@@ -1,0 +1,235 @@
+/* What the guard does where two events meet, and at the ends of its counters. */
+#include "guard_fixture.h"
+#include "guard_parts.h"
+
+static bench_t bench;
+static guard_t *const guard = &bench.guard;
+
+void setUp(void) {
+    start(&bench);
+}
+void tearDown(void) {}
+
+static void test_an_input_that_cannot_be_trusted_comes_before_a_collision(void) {
+    run_until_permitted(&bench);
+    guard->detector.tripped = true;
+    guard_trip(guard, GUARD_REASON_BUS_OFF);
+    next_cycle(&bench);
+    tick(&bench);
+    assert_stopped(&bench, GUARD_REASON_BUS_OFF, 0u);
+}
+
+static void test_a_second_contact_after_a_stop_of_the_worst_category_is_no_new_trip(void) {
+    guard_config_t config = make_config();
+    config.stop_collision = 0u;
+    seal_config(&config);
+    start_with(&bench, &config);
+    run_until_permitted(&bench);
+    push(&bench, 2u, 1500);
+    cycles(&bench, 50u);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
+    TEST_ASSERT_EQUAL(0, bench.out.stop_category);
+    push(&bench, 2u, -1500);
+    cycles(&bench, 4u * SETTLING_CYCLES);
+    push(&bench, 2u, 1500);
+    cycles(&bench, 50u);
+    TEST_ASSERT_EQUAL(1, bench.out.trip_number);
+}
+
+/* On one joint the limit on |r| is exceeded all the time. Another joint's index grows, and is not tripped yet. */
+static void test_a_contact_that_grows_is_named_only_when_it_has_tripped(void) {
+    guard_config_t config = make_config();
+    config.task[TASK_NONE].detector.debounce_ticks = 50u;
+    config.task[TASK_NONE].detector.threshold_nm[0][1] = NUM(20);
+    config.task[TASK_NONE].limits.residual_max_nm[1] = NUM(1);
+    seal_config(&config);
+    start_with(&bench, &config);
+    run_until_permitted(&bench);
+    push(&bench, 1u, 500);
+    cycles(&bench, 2u * SETTLING_CYCLES);
+    assert_stopped(&bench, GUARD_REASON_RESIDUAL_LIMIT, 2u);
+    cycles(&bench, 600u); /* what rises from here on is a second contact */
+    push(&bench, 3u, 2000);
+    uint32_t rising = 0;
+    for (uint32_t i = 0; i < 40u; ++i) {
+        cycle(&bench);
+        rising += (guard->rise.snapshots >= 3u) ? 1u : 0u;
+        TEST_ASSERT_EQUAL(1, bench.out.trip_number);
+    }
+    TEST_ASSERT_TRUE(rising > 0u);
+    cycles(&bench, 2u * SETTLING_CYCLES);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 4u);
+    TEST_ASSERT_EQUAL(2, bench.out.trip_number);
+}
+
+/* The first reset is granted in a tick without a snapshot. The second one comes in the tick that permits again. */
+static void test_a_reset_more_than_needed_is_refused_and_does_no_harm(void) {
+    run_until_permitted(&bench);
+    guard_trip(guard, GUARD_REASON_BUS_OFF);
+    cycles(&bench, 2u * SETTLING_CYCLES);
+    receive(&bench, reset_frame(&bench, 1u, false));
+    cycle(&bench);
+    const uint32_t refused = guard->counters.resets_refused;
+    next_cycle(&bench);
+    receive(&bench, reset_frame(&bench, 1u, true));
+    tick(&bench);
+    TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+    receive(&bench, reset_frame(&bench, 1u, false));
+    receive(&bench, reset_frame(&bench, 1u, true));
+    cycle(&bench);
+    TEST_ASSERT_TRUE(bench.out.permitted);
+    TEST_ASSERT_EQUAL(refused + 1u, guard->counters.resets_refused);
+}
+
+/* Time advances by microseconds, the cycle number as if by periods. */
+static void test_readings_that_are_old_in_cycles_are_missing_though_young_in_time(void) {
+    run_until_permitted(&bench);
+    for (uint32_t i = 0; i <= DEADLINE_CYCLES; ++i) {
+        ++bench.cycle;
+        ++bench.now_us;
+        receive(&bench, sync_frame(&bench));
+        receive(&bench, task_frame(&bench));
+        tick(&bench);
+    }
+    assert_stopped(&bench, GUARD_REASON_JOINT_TIMEOUT, 1u);
+}
+
+static void test_a_channel_of_sudden_and_a_limit_on_the_residual_name_themselves(void) {
+    run_until_permitted(&bench);
+    guard->detector.tripped = true;
+    guard->detector.joint = 5u;
+    bench.config.bank.channel[guard->detector.channel[5]].of = CHANNEL_SUDDEN;
+    TEST_ASSERT_EQUAL(GUARD_REASON_SUDDEN, contact_event(guard).reason);
+    TEST_ASSERT_EQUAL(6, contact_event(guard).joint);
+    guard->detector.tripped = false;
+    guard->explained.tripped = true;
+    guard->explained.joint = 3u;
+    guard->explained.excess = EXPLAINED_RESIDUAL;
+    TEST_ASSERT_EQUAL(GUARD_REASON_RESIDUAL_LIMIT, contact_event(guard).reason);
+    TEST_ASSERT_EQUAL(4, contact_event(guard).joint);
+    guard->explained.excess = EXPLAINED_FORCE;
+    TEST_ASSERT_EQUAL(GUARD_REASON_EXPLAINED_FORCE, contact_event(guard).reason);
+    TEST_ASSERT_EQUAL(0, contact_event(guard).joint);
+}
+
+static void test_readings_are_compared_within_the_longest_gap_alone(void) {
+    run_until_permitted(&bench);
+    static const uint32_t gaps[] = {0u, CONFIG_MAX_GAP + 1u};
+    for (size_t i = 0; i < sizeof(gaps) / sizeof(gaps[0]); ++i) {
+        plausibility_t state = guard->plausibility;
+        snapshot_t jumped = guard->inputs.snapshot;
+        jumped.position[0] += NUM(1);
+        plausibility_step(&state, &bench.config.observer, JOINTS, 1u, &jumped, &guard->motion);
+        TEST_ASSERT_EQUAL(GUARD_REASON_IMPLAUSIBLE, state.fault);
+        state = guard->plausibility;
+        plausibility_step(&state, &bench.config.observer, JOINTS, gaps[i], &jumped, &guard->motion);
+        TEST_ASSERT_EQUAL(0, state.fault);
+    }
+}
+
+static void test_after_a_gap_that_the_observer_cannot_bridge_it_settles_again(void) {
+    run_until_permitted(&bench);
+    for (uint32_t i = 0; i < CONFIG_MAX_GAP + 1u; ++i) {
+        cycle_without(&bench, 1u);
+    }
+    TEST_ASSERT_TRUE(guard->settled_cycles >= SETTLING_CYCLES);
+    cycles(&bench, 2u); /* the first good frame of the joint only sets the reference of its counter */
+    TEST_ASSERT_EQUAL(0, guard->settled_cycles);
+}
+
+static void test_the_lowest_raw_value_is_no_reading(void) {
+    run_until_permitted(&bench);
+    bench.position[4] = INT16_MIN;
+    cycle(&bench);
+    assert_stopped(&bench, GUARD_REASON_INPUT_RANGE, 5u);
+}
+
+static void test_cycles_that_pass_while_time_stands_are_a_fault(void) {
+    run_until_permitted(&bench);
+    for (uint32_t i = 0; i < 130u; ++i) {
+        ++bench.cycle;
+        receive(&bench, sync_frame(&bench));
+    }
+    bench.now_us += PERIOD_US;
+    tick(&bench);
+    assert_fault(&bench, GUARD_REASON_CLOCK_STOPPED);
+}
+
+static void test_one_frame_that_arrives_many_times_counts_as_one_repetition(void) {
+    run_until_permitted(&bench);
+    next_cycle(&bench);
+    const can_frame_t sync = sync_frame(&bench);
+    for (uint32_t i = 0; i < 4u; ++i) {
+        receive(&bench, sync);
+    }
+    TEST_ASSERT_EQUAL(1, guard->inputs.repeats[PROTOCOL_RECEIVE_SYNC]);
+}
+
+static void test_a_guard_that_waits_names_an_implausible_joint(void) {
+    run_until(&bench, GUARD_REASON_AWAITING_RESET);
+    bench.position[6] = (int16_t)(bench.position[6] + 2000);
+    cycle(&bench);
+    TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+    TEST_ASSERT_EQUAL(GUARD_REASON_IMPLAUSIBLE, bench.out.reason);
+    TEST_ASSERT_EQUAL(7, bench.out.joint);
+}
+
+static void test_a_search_for_the_contact_begins_with_every_reason_that_is_one(void) {
+    static const guard_reason_t contacts[] = {GUARD_REASON_COLLISION, GUARD_REASON_SUDDEN, GUARD_REASON_EXPLAINED_FORCE,
+                                              GUARD_REASON_EXPLAINED_MOMENT, GUARD_REASON_RESIDUAL_LIMIT};
+    static const uint32_t joints[] = {0u, 7u, ROBOT_MAX_JOINTS + 1u};
+    for (size_t i = 0; i < sizeof(contacts) / sizeof(contacts[0]); ++i) {
+        for (size_t j = 0; j < sizeof(joints) / sizeof(joints[0]); ++j) {
+            const guard_event_t event = {.reason = contacts[i], .joint = joints[j]};
+            guard->contact.touching = false;
+            contact_note_trip(guard, &event);
+            TEST_ASSERT_TRUE(guard->contact.touching);
+        }
+    }
+    const guard_event_t other = {.reason = GUARD_REASON_BUS_OFF};
+    guard->contact.touching = false;
+    contact_note_trip(guard, &other);
+    TEST_ASSERT_FALSE(guard->contact.touching);
+}
+
+static void test_the_time_for_which_an_index_rises_stays_at_its_end(void) {
+    run_until_permitted(&bench);
+    guard->contact.rising[0] = UINT16_MAX;
+    guard->detector.value_nm[0] = guard->detector.threshold_nm[0];
+    contact_step(guard);
+    TEST_ASSERT_EQUAL(UINT16_MAX, guard->contact.rising[0]);
+}
+
+static void test_a_task_that_does_not_exist_has_no_columns(void) {
+    run_until_permitted(&bench);
+    next_cycle(&bench);
+    receive(&bench, sync_frame(&bench));
+    for (uint32_t i = 0; i < JOINTS; ++i) {
+        receive(&bench, joint_frame(&bench, i));
+    }
+    guard->task = (uint32_t)TASK_COUNT;
+    guard->task_cycles = 0u; /* no change before its dwell */
+    stages_run(guard);
+    TEST_ASSERT_EQUAL(0, guard->index.columns);
+    TEST_ASSERT_TRUE(stages_complete(guard));
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_an_input_that_cannot_be_trusted_comes_before_a_collision);
+    RUN_TEST(test_a_second_contact_after_a_stop_of_the_worst_category_is_no_new_trip);
+    RUN_TEST(test_a_contact_that_grows_is_named_only_when_it_has_tripped);
+    RUN_TEST(test_a_reset_more_than_needed_is_refused_and_does_no_harm);
+    RUN_TEST(test_readings_that_are_old_in_cycles_are_missing_though_young_in_time);
+    RUN_TEST(test_a_channel_of_sudden_and_a_limit_on_the_residual_name_themselves);
+    RUN_TEST(test_readings_are_compared_within_the_longest_gap_alone);
+    RUN_TEST(test_after_a_gap_that_the_observer_cannot_bridge_it_settles_again);
+    RUN_TEST(test_the_lowest_raw_value_is_no_reading);
+    RUN_TEST(test_cycles_that_pass_while_time_stands_are_a_fault);
+    RUN_TEST(test_one_frame_that_arrives_many_times_counts_as_one_repetition);
+    RUN_TEST(test_a_guard_that_waits_names_an_implausible_joint);
+    RUN_TEST(test_a_search_for_the_contact_begins_with_every_reason_that_is_one);
+    RUN_TEST(test_the_time_for_which_an_index_rises_stays_at_its_end);
+    RUN_TEST(test_a_task_that_does_not_exist_has_no_columns);
+    return UNITY_END();
+}
