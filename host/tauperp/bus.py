@@ -36,10 +36,10 @@ _HELP = {
 class OwnFrames:
     """Distinguishes a node's own frames from those of others.
 
-    Otherwise a guard would mistake its own answers for another guard's.
+    Without it a guard would take its own answers for those of another guard.
 
     Most drivers do not return sent frames, or mark them. python-can's multicast bus does neither. For it, the newest
-    sent frames are remembered until they come back, once each: the frames of two guards that started together have the
+    sent frames are remembered until they return, once each: the frames of two guards that started together have the
     same bits.
     """
 
@@ -112,10 +112,10 @@ def open_bus(namespace: argparse.Namespace | None = None, **options: Any) -> can
     ):
         raise InputError(
             f"CAN bus {interface}: --channel is missing: the network interface"
-        )  # python-can takes them all
+        )  # python-can accepts them all
     try:
         return cli.create_bus_from_namespace(argparse.Namespace(**named), **options)
-    except argparse.ArgumentError as error:  # python-can puts it around whatever a driver raises
+    except argparse.ArgumentError as error:  # python-can wraps any exception of a driver in it
         cause = error.__cause__
     where = " ".join(str(part) for part in (interface, channel) if part is not None)
     reason = "no interface is given, here or in python-can's configuration" if interface is None else _reason(cause)

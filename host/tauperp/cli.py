@@ -76,7 +76,7 @@ class _CommandsFormatter(_Formatter):
 
 
 class _Parser(argparse.ArgumentParser):
-    """argparse whose errors are one line, as for every other bad input, and which accepts no shortened options."""
+    """argparse with one-line errors, as for every other bad input, and without abbreviated options."""
 
     def __init__(self, **options: object) -> None:
         chosen = {"formatter_class": _Formatter, **options}
@@ -111,7 +111,7 @@ def command_help(name: str) -> str:
 
 
 def _message(error: InputError | OSError) -> str:
-    """One line for a person, whatever was in the exception."""
+    """The exception's message as one line."""
     text = str(error)
     if isinstance(error, OSError) and error.strerror:
         text = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
@@ -127,7 +127,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return code
     except BrokenPipeError:
-        # The reader (`| head`) has gone. The interpreter flushes stdout once more when it ends: give it a sink.
+        # The reader (`| head`) has closed the pipe. The interpreter flushes stdout at its end, so stdout gets a sink.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return MISSES_READER
     except ModuleNotFoundError as error:

@@ -33,11 +33,11 @@ CARRYING_S = 0.05  # of real time, for a bus that is not in this process to carr
 
 @dataclass(frozen=True)
 class Setup:
-    """What a scenario is run on.
+    """The setup on which a scenario is run.
 
     bus         opens one node's connection; by default a virtual bus of this process
     guard       "library": in this process, with its own connection; "bus": an external guard on that bus
-    real_time   paced by the clock, waiting for nobody; else in lockstep
+    real_time   paced by the clock, without waiting for answers; otherwise in lockstep
     patience    with an external guard
     channels    of the library's guard: 1, or 2 that must agree
     """
@@ -49,7 +49,7 @@ class Setup:
     channels: int = 1
 
     def pace(self, period_s: float, *, at_once: bool) -> Pace:
-        """`at_once`: the guard's answer is there before the robot can look."""
+        """`at_once`: the guard's answer arrives before the robot reads the bus."""
         if self.real_time:
             return RealTime(period_s, self.patience if self.guard == "bus" else None)
         return Pace() if at_once else Patient(self.patience)
@@ -101,7 +101,7 @@ def run_experiment(
     progress: Progress | None = None,
     watch: Watch | None = None,
 ) -> Outcome:
-    """One of EXPERIMENTS, as it is shipped or loaded otherwise. Raises InputError for what cannot be run."""
+    """One of EXPERIMENTS, as it is shipped or loaded otherwise. Raises InputError if it cannot be run."""
     scenario = load_experiment(name) if scenario is None else scenario
     outcome = run_scenario(scenario, setup, progress=progress, watch=watch)
     judgement = replace(outcome.judgement, experiment=name)
@@ -123,8 +123,8 @@ def run_scenario(
     """Robot and guard on one bus.
 
     `listener` gets every frame, in the order of the bus, stamped with simulated time if the bus is this process' own;
-    `watch` sees every cycle. Raises InputError for a bus that cannot be opened or fails, a block that the firmware
-    refuses, a move that the arm cannot do, or a guard that is not there.
+    `watch` gets every cycle. Raises InputError for a bus that cannot be opened or fails, a block that the firmware
+    refuses, a move that the arm cannot do, or a missing guard.
     """
     try:
         return _run_scenario(scenario, setup, listener, progress, watch)

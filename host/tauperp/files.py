@@ -26,7 +26,7 @@ def build_dir() -> Path:
 
 
 def how_to_build(target: str, *, in_package: bool = True) -> str:
-    """How the user gets a compiled file that is missing or too old.
+    """Advice for the user about a compiled file that is missing or too old.
 
     target      of make, in a checkout
     in_package  whether an installed package should contain the file
@@ -52,7 +52,7 @@ def dbc_path() -> Path:
 def write_atomically(path: str | Path, content: bytes | str) -> None:
     """Write the whole file or nothing; text as UTF-8. Creates missing folders.
 
-    The content goes to a new file beside `path`, which then takes its name. A reader sees the old file or the new one.
+    The content goes to a new file beside `path`, which then takes its name. A reader gets the old file or the new one.
     Raises OSError, without leaving a partial file, if that is not possible.
     """
     path = Path(path)

@@ -54,7 +54,7 @@ def add_playing_arguments(parser: argparse.ArgumentParser) -> None:
         type=_seconds,
         default=Patience.answer_s,
         metavar="S",
-        help="real time to wait for the answer to a cycle; then the robot stops by itself and the run ends "
+        help="real time to wait for the answer to a cycle. Without one the robot stops by itself and the run ends "
         f"({Patience.answer_s:g})",
     )
     add_bus_arguments(parser)
@@ -70,7 +70,7 @@ def setup_of(args: argparse.Namespace, *, fd: bool) -> Setup:
         raise InputError("--guard bus: which bus? Name it by --interface and --channel")
     if guard == "bus" and args.channels:
         raise InputError(
-            "--channels is for the library's guard; the guard on the bus has as many as it was started with"
+            "--channels is for the library's guard; the guard on the bus has the number with which it was started"
         )
     bus: Callable[[], can.BusABC] | None = (lambda: open_bus(args, fd=fd)) if named else None
     return Setup(bus, guard, args.real_time, Patience(args.start_timeout, args.answer_timeout), args.channels or 1)

@@ -31,7 +31,7 @@ class GuardIdentity:
         numerics = [numeric for numeric in NUMERICS if self.numeric in (None, numeric)]
         expected = [f"{configuration.crc(numeric):08x}" for numeric in numerics]
         if self.config_crc is None:
-            lines.append("it has not told its configuration")
+            lines.append("it has not sent its configuration")
         elif self.config_crc not in expected:
             lines.append(f"its configuration is {self.config_crc}, the scenario's {' or '.join(expected)}")
         return lines
@@ -43,7 +43,7 @@ def provenance(library: Library, configuration: Configuration) -> dict[str, str]
     firmware        first digits of the SHA-256 of the library file
     configuration   CRC-32 inside the block
     dbc             CRC-32 of the DBC file
-    The firmware's version and numbers and MuJoCo's version are beside them.
+    The firmware's version and numbers and MuJoCo's version are added.
     """
     return {
         "firmware": library.hash,
@@ -56,7 +56,7 @@ def provenance(library: Library, configuration: Configuration) -> dict[str, str]
 
 
 def provenance_of_bus(guard: GuardIdentity, configuration: Configuration) -> dict[str, str]:
-    """The same of a guard that only its frames tell of; `firmware` is its build id."""
+    """The same for a guard that is known only by its frames; `firmware` is its build id."""
     return {
         "firmware": guard.build_id or UNTOLD,
         "configuration": guard.config_crc or UNTOLD,

@@ -59,7 +59,7 @@ class Permit:
 
     @property
     def full_speed(self) -> bool:
-        """False: at the robot's reduced speed only, because the guard does not see a link."""
+        """False: at the robot's reduced speed only, because the guard detects no force on a link."""
         return self.allowed and self.command is not None and bool(self.command["FullSpeed"])
 
     @property
@@ -146,14 +146,14 @@ def _category(signals: dict[str, float]) -> int:
 
 
 class RobotSide:
-    """A robot's controller on a python-can bus: sends a cycle, hears the answer, asks for resets.
+    """A robot's controller on a python-can bus: sends a cycle, receives the answer, requests resets.
 
     joints      1 to 8
     fd          the wire format: CAN FD with bit-rate switch, or classic CAN
     period_s    of a cycle, as in the guard's configuration
     answer_s    after Sync until which an answer permits; half a period unless given
 
-    Raises InputError for settings outside their range. Not for more than one thread.
+    Raises InputError for settings outside their range. For one thread only.
     """
 
     def __init__(
@@ -189,9 +189,9 @@ class RobotSide:
         task: int = NO_TASK,
         acceleration_m_s2: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Begin the next cycle: Sync, TaskCommand, one JointState a joint; arrays of `joints` values.
+        """Begin the next cycle: Sync, TaskCommand, one JointState per joint; arrays of `joints` values.
 
-        A reading that the wire cannot carry goes out as not available, which stops the robot. Raises InputError for
+        A reading that the wire cannot carry is sent as not available, which stops the robot. Raises InputError for
         arrays of another length, and for a task or an acceleration that the wire cannot carry.
         """
         for name, values in (("position", position_rad), ("velocity", velocity_rad_s), ("torque", torque_nm)):

@@ -80,7 +80,7 @@ class WireMessage:
     joint: int  # 1 to 8 for JointState1..8, else 0
     data_ids: bytes
     max_delta: int  # largest counter step that is accepted
-    timeout_cycles: int  # cycles of silence after which the sender counts as gone; 0: never
+    timeout_cycles: int  # cycles of silence after which the sender counts as missing; 0: never
     cycle_time_ms: int  # at 500 Hz; 0: an event
     counter_is_cycle: bool
     name: str = field(init=False)
@@ -140,7 +140,7 @@ class WireMessage:
             raise InputError(f"{self.name}: {' '.join(str(error).split())}") from error
 
     def decode(self, data: bytes | bytearray) -> dict[str, float]:
-        """Signals of a frame of the right length, in physical units, whatever their range and CRC.
+        """Signals of a frame of the right length, in physical units, without a check of range and CRC.
 
         Raises InputError for another length or an unknown multiplexer value.
         """
@@ -315,7 +315,7 @@ class Received:
     message: WireMessage
     status: E2EStatus
     lost: int  # frames missing right before this one
-    signals: dict[str, float]  # empty unless the status is accepted and they were asked for
+    signals: dict[str, float]  # empty unless the status is accepted and the signals were requested
     invalid: tuple[str, ...]  # the signals out of their DBC range: not to be used
 
 
@@ -329,7 +329,7 @@ class Receiver:
     def receive(self, frame: can.Message, *, decode: bool = True) -> Received | None:
         """Check one frame; None if it is not of this wire (id, length, extended id, remote or error frame).
 
-        Without `decode` its signals are not looked at: a tenth of the time, for who only counts.
+        Without `decode` its signals are not decoded, which takes a tenth of the time.
         """
         message = self.wire.by_id.get(frame.arbitration_id)
         special = frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame

@@ -95,7 +95,7 @@ def test_lines_that_are_not_frames_are_skipped_and_counted(
     change, passed_over = FOREIGN[kind]
     replay = replayed(tmp_path, "x.asc", change(asc(frames)))
     assert (replay.equal, replay.damage, replay.passed_over) == (True, None, passed_over)
-    assert f"in the log and no frames: {passed_over} lines or objects" in lines(replay)
+    assert f"in the log that are not frames: {passed_over} lines or objects" in lines(replay)
     assert replay.comparison.frames == len(frames)
 
 
@@ -211,7 +211,7 @@ def test_frames_of_another_bus_are_omitted_and_reported(tmp_path: Path, frames: 
     other = [frame for frame in frames if frame.arbitration_id == frames[0].arbitration_id]
     replay = replayed(tmp_path, "x.log", candump(frames, "can0") + candump(other, "can1"))
     assert replay.equal
-    assert f"frames on other channels, left out: can1 ({len(other)})" in lines(replay)
+    assert f"frames on other channels, omitted: can1 ({len(other)})" in lines(replay)
 
 
 def test_a_difference_only_in_the_format_is_reported_as_such(tmp_path: Path, frames: list[can.Message]) -> None:
@@ -235,7 +235,7 @@ def test_frames_with_29_bit_ids_do_not_belong_to_the_wire(tmp_path: Path, frames
 
 def test_the_channel_option_is_refused_without_logs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["replay", "--csv", "x.csv", "--robot", "panda", "--log-channel", "1"]) == 2
-    assert "--log-channel goes with bus logs" in capsys.readouterr().err
+    assert "--log-channel is only for bus logs" in capsys.readouterr().err
     assert next(iter(BusLog(written(tmp_path)))).arbitration_id == 0x20
 
 

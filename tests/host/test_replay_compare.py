@@ -265,7 +265,7 @@ def test_a_configuration_that_is_shipped_is_found_by_its_crc(tmp_path: Path) -> 
 def test_a_configuration_that_is_not_shipped_must_be_named(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(logs / "fd.log")]) == 2
     error = capsys.readouterr().err
-    assert "which is no shipped preset's: name the file with --config" in error
+    assert "which belongs to no shipped preset: name the file with --config" in error
     assert error.count("\n") == 1
 
 
@@ -300,8 +300,8 @@ def test_the_command_prints_what_was_compared_and_its_verdict_is_the_exit_code(
     [
         ([], "either one bus log or"),
         (["x.log", "--csv", "x.csv"], "either one bus log or"),
-        (["x.log", "--map", "m.toml"], "--map goes with recordings"),
-        (["--csv", "x.csv", "--scenario", "payload"], "--scenario goes with bus logs"),
+        (["x.log", "--map", "m.toml"], "--map is only for recordings"),
+        (["--csv", "x.csv", "--scenario", "payload"], "--scenario is only for bus logs"),
         (["x.log", "--scenario", "payload", "--config", "paper"], "either --config or --scenario"),
         (["none.log"], "none.log: No such file or directory"),
         (["x.csv.png"], "python-can reads no '.png'"),

@@ -102,14 +102,14 @@ def test_a_line_that_cannot_be_read_is_shown(logs: Path, tmp_path: Path) -> None
     foreign_line(path)
     log = BusLog(path)
     assert len(list(log)) == 5000
-    assert str(log.damage).endswith("'a remark without a comment sign' is no frame")
+    assert str(log.damage).endswith("'a remark without a comment sign' is not a frame")
 
 
 def test_a_log_of_candump_without_its_option_says_which(tmp_path: Path) -> None:
     for stamp in ("", "(1436509052.249713) "):
         path = tmp_path / "x.log"
         path.write_text(f" {stamp} vcan0  020   [4]  B7 00 00 00\n")
-        with pytest.raises(InputError, match=r"candump -L writes it: .*vcan0 +020 +\[4\] +B7.* is no frame"):
+        with pytest.raises(InputError, match=r"candump -L writes it: .*vcan0 +020 +\[4\] +B7.* is not a frame"):
             list(BusLog(path))
 
 

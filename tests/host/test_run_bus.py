@@ -133,7 +133,7 @@ def test_a_guard_without_status_frames_is_reported_as_unknown(scenario: Scenario
     with GuardThread(scenario.configuration, mute_from=2):
         guard = against_bus(scenario, IMPATIENCE).report["guard"]
     assert guard["config_crc"] is None
-    assert guard["differences"] == ["it has not told its configuration"]
+    assert guard["differences"] == ["it has not sent its configuration"]
 
 
 def test_a_silent_guard_ends_the_run_after_the_robot_has_stopped_by_itself(scenario: Scenario) -> None:

@@ -108,7 +108,7 @@ def test_a_rest_with_a_payload_gives_no_offsets(configuration: Configuration) ->
 def test_torques_of_the_wrong_sign_are_not_taken_as_offsets(configuration: Configuration) -> None:
     recording = still()
     recording.tau[:] *= -1
-    with pytest.raises(InputError, match="is its sign the other one"):
+    with pytest.raises(InputError, match="is its sign wrong"):
         find_offsets(recording, configuration)
 
 
@@ -122,7 +122,7 @@ def test_a_regression_separates_offsets_from_a_payload(configuration: Configurat
 def test_a_regression_in_one_posture_is_refused(configuration: Configuration) -> None:
     recording = still(8.0)
     recording.qd[:, 6] = 0.2
-    with pytest.raises(InputError, match="too alike"):
+    with pytest.raises(InputError, match="too similar"):
         find_offsets(recording, configuration, "regression")
 
 

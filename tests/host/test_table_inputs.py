@@ -92,7 +92,7 @@ def test_a_line_of_units_is_omitted_and_reported(tmp_path: Path) -> None:
     units = ",".join(["s", "rad", "rad", "rad/s", "rad/s", "Nm", "Nm", "-"])
     recording = read(tmp_path, text().replace("label\n", f"label\n{units}\n"))
     assert_same(recording)
-    assert recording.notes == ("the line of units is left out",)
+    assert recording.notes == ("the line of units is omitted",)
 
 
 def test_rows_without_readings_are_counted_and_line_numbers_stay_correct(tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ def test_rows_without_readings_are_counted_and_line_numbers_stay_correct(tmp_pat
     lines.insert(10, "0.0112,,,,,,,1")
     recording = read(tmp_path, "\n".join(lines))
     assert_same(recording)
-    assert recording.notes == ("2 rows without any reading are left out",)
+    assert recording.notes == ("2 rows without any reading are omitted",)
     assert [recording.place(row).rpartition(":")[2] for row in (0, 2, 3, 11)] == ["2", "4", "6", "15"]
     lines[12] = lines[12].replace(",", ",x", 1)
     damaged = read(tmp_path, "\n".join(lines))
@@ -128,7 +128,7 @@ def test_time_may_be_split_into_two_columns(tmp_path: Path) -> None:
     assert_same(read(tmp_path, content, '[time]\ncolumns = ["sec", "nanosec"]'))
     back = read(tmp_path, content, '[time]\ncolumn = "nanosec"\nunit = "ns"')
     assert "time goes back (seconds in another column?" in str(back.damage)
-    with pytest.raises(InputError, match=r"time stands still: 2 time stamps in 12 rows of 'sec' \(columns = "):
+    with pytest.raises(InputError, match=r"time does not advance: 2 time stamps in 12 rows of 'sec' \(columns = "):
         read(tmp_path, content, '[time]\ncolumn = "sec"')
     with pytest.raises(InputError, match="without column and unit"):
         read(tmp_path, content, '[time]\ncolumns = ["sec", "nanosec"]\nunit = "ns"')
@@ -137,7 +137,7 @@ def test_time_may_be_split_into_two_columns(tmp_path: Path) -> None:
 def test_repeated_time_stamps_are_dropped_and_counted(tmp_path: Path) -> None:
     recording = read(tmp_path, text(rows=np.repeat(ROWS, 2, axis=0)))
     assert_same(recording)
-    assert recording.notes == ("12 rows with the time stamp of the row before are left out",)
+    assert recording.notes == ("12 rows with the time stamp of the previous row are omitted",)
     assert recording.place(1).endswith(":4")
 
 

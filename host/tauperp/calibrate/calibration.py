@@ -82,7 +82,7 @@ class Calibration:
     checks: list[str]
     notes: list[str]
     wanted_per_hour: float
-    hours: float  # of motion behind the warm-up
+    hours: float  # of motion after the warm-up
     held_out: float
     writes_limits: bool  # the proposed limits are the configuration's
 
@@ -107,7 +107,7 @@ def calibrate(
     """Calibrate every task that the configuration has on.
 
     motions         all at one rate; labelled touches are cut out
-    held_out        share at the end of each motion that judges, 0.1 to 0.9
+    held_out        share at the end of each motion for the judgement, 0.1 to 0.9
     rest            an arm at rest and unloaded, for the offsets; without it they come from the motions
     limits          the proposed limits of what tasks explain become the configuration's
 
@@ -204,7 +204,8 @@ def at_rate_of(motions: Sequence[Motion], configuration: Configuration) -> Confi
 def _listen(
     motion: Motion, configuration: Configuration, task: str, numeric: Numeric
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of each row behind the warm-up: r (m, n), the index (m, channels n), coefficients of what is explained (m, 6)."""
+    """For each row after the warm-up: r (m, n), the index (m, channels n), coefficients of the explained part (m,
+    6)."""
     bench, number = Bench([configuration], [], numeric=numeric), configuration.settings.task.numbers[task]
     heard = bench.listen((motion.q, motion.qd, motion.tau), cycles_of(motion.time_s, configuration.period_us), number)
     if heard.rows < len(motion.time_s):
@@ -249,8 +250,8 @@ def _correct(
         pairs = [(motion, residual - payload.torque(motion, configuration.robot)) for motion, residual in pairs]
     elif not payload.is_told_apart and rest is None:
         notes.append(
-            "the postures are too alike to tell offsets from a payload: if something was in the gripper, its weight is "
-            "in the offsets, which are wrong in other postures"
+            "the postures are too similar to distinguish offsets from a payload: the weight of a load in the gripper "
+            "is in the offsets, which are wrong in other postures"
         )
     cut = [round((1 - held_out) * len(residual)) for _, residual in pairs]
     fitted = [(motion.part(0, at), residual[:at]) for (motion, residual), at in zip(pairs, cut, strict=True)]

@@ -93,7 +93,7 @@ def fit_correction(
     if np.abs(offset).max() > limit or friction.max() > limit:
         joint = int(np.argmax(np.maximum(np.abs(offset), friction)))
         raise InputError(
-            f"joint {joint + 1}: an offset of {offset[joint]:.1f} Nm is no sensor's: another robot or unit?"
+            f"joint {joint + 1}: an offset of {offset[joint]:.1f} Nm is too large for a sensor: another robot or unit?"
         )
     return Correction(offset, friction, viscous_gain)
 
@@ -122,7 +122,7 @@ class ApparentPayload:
     mass_kg: float
     first_moment_kg_m: FloatArray  # (3,) in the last link's axes, about the end-effector point
     explained: float  # share of the variance of r without offsets and friction
-    is_told_apart: bool  # the postures differ enough to tell its weight from offsets
+    is_told_apart: bool  # the postures differ enough to distinguish its weight from offsets
 
     @property
     def is_there(self) -> bool:

@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 MARGIN = 1.5  # of a proposed limit over the largest size seen
 FORCE_N, MOMENT_NM = 5.0, 1.0  # no proposal is below
 G_M_S2 = 9.81
-WEIGHT = 3  # column of the weight of the payload index, behind its moments
+WEIGHT = 3  # column of the weight of the payload index, after its moments
 # One unit of a regressor's coefficient, as force in N and as moment in Nm (firmware/core/regressor.h).
 MASS_N, MOMENT_UNIT_NM, INERTIA_NM = 3.0 * G_M_S2, 0.3 * G_M_S2, 0.03 * 10.0
 KEYS = {"payload": ("force_slack_n", "moment_slack_nm"), "contact": ("force_max_n", "moment_max_nm")}
@@ -33,7 +33,7 @@ class Explained:
     force_n: float
     moment_nm: float
     proposed: dict[str, float]  # by the keys of [task.NAME.limits]; never above those in force
-    beyond: tuple[str, ...]  # keys of the limits in force that the motion itself comes near or exceeds
+    beyond: tuple[str, ...]  # keys of the limits in force that the motion itself nearly reaches or exceeds
 
     def report(self) -> dict[str, Any]:
         """For JSON."""

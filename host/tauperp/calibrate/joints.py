@@ -21,10 +21,10 @@ FloatArray = npt.NDArray[np.float64]
 
 SAMPLES = 400
 POSES = 24
-TELLING_NM = 1.0  # model torque below this says nothing about a joint
+TELLING_NM = 1.0  # a smaller model torque gives no information about a joint
 SMOOTHING_S = 0.02
 BETTER = 0.35  # remaining misfit below which another order of columns is accepted as the cause
-BAD = 0.5  # misfit relative to the model's torque above which a cause is looked for
+BAD = 0.5  # misfit relative to the model's torque above which the check searches a cause
 MOVING_RAD_S = 0.05
 
 

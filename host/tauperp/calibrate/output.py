@@ -14,7 +14,7 @@ from tauperp.provenance import provenance, provenance_line
 
 
 def robot_key(model: str, chain: Mapping[str, Any]) -> str:
-    """The key `robot` of a configuration: a name or path, and which part of the file is the arm, if that was said."""
+    """The key `robot` of a configuration: a name or path, and the part of the file that is the arm, if it was given."""
     words = {"model": model, **chain}
     if not chain:
         return f"robot = {_word(model)}"
@@ -89,7 +89,7 @@ def lines(calibration: Calibration) -> list[str]:
     supported = tail.supported_rate(min((one.held_hours for one in calibration.tasks), default=0.0))
     text.append(
         f"{3600 * calibration.hours:.0f} s of motion: without an alarm the held-out part would promise "
-        f"{supported:.3g} per hour at 95 % (3 / T), whatever the tail says"
+        f"{supported:.3g} per hour at 95 % (3 / T), even if the tail suggests less"
     )
     for one in calibration.tasks:
         if one.explained is not None:

@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 
 BUS_LOGS = (".blf", ".asc", ".log", ".trc", ".db")
 CYCLES = 1 << 16
-BEFORE_TOUCH_S, AFTER_TOUCH_S = 0.3, 0.7  # left out around a touch: labels are by hand, and filters remember
+BEFORE_TOUCH_S, AFTER_TOUCH_S = 0.3, 0.7  # omitted around a touch: a person makes the labels, and filters have memory
 PART_S = 2.0  # the shortest part between two touches that is used
 
 
@@ -44,7 +44,7 @@ class Motion:
         return float(self.time_s[-1])
 
     def untouched_parts(self) -> list["Motion"]:
-        """The motion itself, or the parts of it that are clear of every touch; named by where they begin.
+        """The motion itself, or its parts without a touch, named by their begin.
 
         Raises InputError if there is none of PART_S.
         """
@@ -101,7 +101,7 @@ def read_motion(
 ) -> Motion:
     """Read one file; names: of the joints, for messages with names.
 
-    Raises InputError if it is damaged or holds no readings of so many joints.
+    Raises InputError if it is damaged or has no readings of this many joints.
     """
     path = Path(path)
     if is_bus_log(path):

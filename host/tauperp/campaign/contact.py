@@ -1,4 +1,4 @@
-"""How well the guard tells what a collision was: the link, the class, and the direction and size of the force."""
+"""How well the guard identifies a collision: the link, the class, and the direction and size of the force."""
 
 from typing import Any
 
@@ -53,8 +53,9 @@ def contact_line(one: dict[str, Any]) -> str:
     if one["of"] == 0:
         return "no contact was judged"
     return (
-        f"link told in {one['told']} of {one['of']}: {one['right']} right, {one['right_or_next_to_it']} right or the "
-        "next; class right in " + ", ".join(_class_share(kind, counts) for kind, counts in one["class_told"].items())
+        f"link identified in {one['told']} of {one['of']}: {one['right']} right, {one['right_or_next_to_it']} right or "
+        "the next; class right in "
+        + ", ".join(_class_share(kind, counts) for kind, counts in one["class_told"].items())
     )
 
 

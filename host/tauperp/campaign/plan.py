@@ -7,9 +7,9 @@
     tasks = ["none", "payload", "contact"]
     [thresholds]
     from = "free_moves"             # or "configuration"
-    false_moves = 0.01              # share of moves with a false stop that the thresholds aim at
+    false_moves = 0.01              # wanted share of moves with a false stop
 
-Ranges are [lowest, highest], drawn evenly. A table that is left out has the values below. With [recording] the pushes
+Ranges are [lowest, highest], drawn evenly. A missing table has the values below. With [recording] the pushes
 go into recordings of a real arm instead of a simulation.
 """
 

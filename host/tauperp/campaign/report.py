@@ -220,7 +220,7 @@ def _force_note(contact: dict[str, Any]) -> str:
     if angle is None:
         return "No force was estimated on the right link."
     return (
-        f"Force on the links that were told right: median error of its direction {angle:g} degrees, median of its size "
+        f"Force on the correctly identified links: median error of its direction {angle:g} degrees, median of its size "
         f"over the true one at the stop {'-' if ratio is None else f'{ratio:g}'}."
     )
 

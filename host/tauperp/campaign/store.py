@@ -31,7 +31,7 @@ PLANNED = {
     "force_n": "force_n",
     "push_s": "push_s",
     "payload_kg": "payload_mass",
-}  # column: field of layout.RUN that is stored beside the result
+}  # column: field of layout.RUN that is stored with the result
 
 
 class Store:

@@ -125,7 +125,7 @@ def _robot_of(configuration: Configuration, args: argparse.Namespace) -> tuple[s
 
 
 def _listen(args: argparse.Namespace, joints: int, report: Callable[[float], None]) -> "Motion":
-    """From the bus that the arguments name. Raises InputError if it goes away."""
+    """Record from the bus that the arguments name. Raises InputError if the bus disappears."""
     from tauperp.calibrate.sources import record_motion
 
     if not 0 < args.record_for < float("inf"):

@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_bus(args: argparse.Namespace) -> None:
-    """Without a bus the guard would sit in a process of its own, where nobody can hear it."""
+    """Without a bus the guard would run on a virtual bus of its own process, which no other node can use."""
     if getattr(args, "interface", None) or getattr(args, "channel", None):
         return
     command = f"tauperp guard {args.config}" + (f" --robot {args.robot}" if args.robot else "")
@@ -90,7 +90,7 @@ def _become_native(args: argparse.Namespace, configuration: Configuration) -> No
 
 
 def _listen_for_events(channel: str, configuration: Configuration, folder: str) -> None:
-    """A child that hears the bus and writes what the native process has recorded, until that process has gone."""
+    """A child process that receives the bus and writes the events of the native process until that process ends."""
     parent = os.getpid()
     if os.fork() != 0:
         return
@@ -111,7 +111,7 @@ def _listen_for_events(channel: str, configuration: Configuration, folder: str) 
 
 
 class _Node:
-    """The library's guard by this machine's monotonic clock; firmware/schedule says when to tick."""
+    """The library's guard, ticked by this machine's monotonic clock as firmware/schedule determines."""
 
     def __init__(
         self,

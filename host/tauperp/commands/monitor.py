@@ -94,10 +94,10 @@ def listen(
     events: EventFolder | None = None,
     down: Callable[[], bool | None] = lambda: None,
 ) -> Snapshot:
-    """Hear everything for `duration_s`, show a snapshot every `every_s`; returns the last one, shown or not. Trips that
-    the guard recorded go to `events`. down: whether the interface is down, as far as the system says.
+    """Receive frames for `duration_s` and show a snapshot every `every_s`. Returns the last one, shown or not. Recorded
+    trips go to `events`. down: whether the interface is down, as far as the system reports it.
 
-    Raises can.CanError if the bus goes away for good.
+    Raises can.CanError if the bus disappears permanently.
     """
 
     def look(now_s: float) -> Snapshot:
@@ -116,7 +116,7 @@ def listen(
         except can.CanOperationError as error:
             if error.error_code != errno.ENETDOWN:
                 raise
-            monitor.note_bus_error()  # the interface is down, told once; when it is up again, its frames come again
+            monitor.note_bus_error()  # the interface is down, reported once; when it is up again, its frames return
             continue
         if frame is not None:
             monitor.hear(frame, time.monotonic())
@@ -134,7 +134,7 @@ def _watch(
     events: EventFolder | None,
     down: Callable[[], bool | None],
 ) -> Snapshot:
-    """The live view, on the terminal's second screen, until time or the user ends it."""
+    """The live view, on the terminal's alternate screen, until time or the user ends it."""
     console = Console(highlight=False)
 
     def picture(snapshot: Snapshot) -> Group:

@@ -54,7 +54,7 @@ def _refuse_foreign_options(args: argparse.Namespace) -> None:
     for name in foreign:
         if getattr(args, name) is not None:
             kind = "bus logs" if args.log is None else "recordings (--csv)"
-            raise InputError(f"replay: --{name.replace('_', '-')} goes with {kind}")
+            raise InputError(f"replay: --{name.replace('_', '-')} is only for {kind}")
     if args.scenario is not None and args.config is not None:
         raise InputError("replay: name either --config or --scenario")
 

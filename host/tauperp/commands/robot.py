@@ -17,7 +17,7 @@ HELP = f"""Make the firmware's robot table from a URDF or MJCF file. Check momen
 against Pinocchio, and against the file as Pinocchio (URDF) or MuJoCo (MJCF) reads it. Joints outside the
 chain are locked and their links merged. Shipped robots: {", ".join(shipped())}."""
 
-_DEFAULT = "*"  # behind a limit that the file does not have
+_DEFAULT = "*"  # mark after a limit that the file does not have
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

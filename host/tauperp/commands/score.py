@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_score_arguments(parser: argparse.ArgumentParser) -> None:
-    """Those that `replay --csv` takes too."""
+    """The arguments that `replay --csv` has too."""
     parser.add_argument("--map", metavar="FILE", help="TOML file of the recordings' columns, units and signs")
     parser.add_argument("--task", choices=list(TASKS), help="task that the robot commands (default: none)")
     parser.add_argument(
@@ -113,7 +113,7 @@ def _score_all(
 
 
 def _check(recording: Recording, configuration: Configuration) -> list[str]:
-    """Sign, order and unit of the columns against the model, in what is before the first touch."""
+    """Sign, order and unit of the columns against the model, in the part before the first touch."""
     first = recording.touches[0].first if recording.touches else len(recording.time_s)
     if first < FEWEST_ROWS:
         return ["not checked: touched from the beginning"]

@@ -1,4 +1,4 @@
-"""`tauperp sensitivity`: the smallest force on each link that the guard can see."""
+"""`tauperp sensitivity`: the smallest force on each link that the guard detects."""
 
 import argparse
 import json
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     if args.view:
         from tauperp.view.window import viewer
 
-        viewer()  # says now if there is no display, not after the work
+        viewer()  # reports a missing display before the work
     configuration = load_configuration(args.config or "default", robot=args.robot, chain=chain_of(args))
     say_warnings(configuration.robot)
     robot = configuration.robot

@@ -1,4 +1,4 @@
-"""The bytes of guard_config_t (firmware/guard/config.h): its layout as numpy sees it, its numbers and its CRC."""
+"""The bytes of guard_config_t (firmware/guard/config.h): its layout in numpy, its numbers and its CRC."""
 
 import struct
 import zlib
@@ -171,7 +171,7 @@ def passing_channel() -> dict[str, npt.NDArray[np.float64]]:
 
 
 def pack(values: Mapping[str, Any], numeric: Numeric) -> bytes:
-    """The block of these field values, its header and CRC included. Fields left out are zero.
+    """The block of these field values, its header and CRC included. Missing fields are zero.
 
     Numbers are rounded once, from float64. Raises InputError, with the field's name, for one that does not fit.
     """

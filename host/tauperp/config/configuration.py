@@ -38,7 +38,7 @@ _TORQUE_SAMPLES = {"interval": 1, "instant": 2}
 _FORMATS = {"classic": 1, "fd": 2}
 
 SETTLING = 5.0  # time constants of the observer before a permission
-TASK_DWELL_S = 0.25  # a task stays in force for so long before the next one takes over
+TASK_DWELL_S = 0.25  # shortest time for which a task stays active
 THRESHOLD_SHARE = 3  # a threshold is at most the joint's torque limit over this: CONFIG_THRESHOLD_SHARE
 SENSOR_SHARE = 4  # offset and friction are at most the torque limit over this: CONFIG_SENSOR_SHARE
 RESIDUAL_SHARE = 2  # a limit on |r| is at most the torque limit times this: CONFIG_RESIDUAL_SHARE
@@ -46,7 +46,7 @@ FORCE_LIMIT_N = 400.0  # EXPLAINED_FORCE_LIMIT
 SOFT_MIN = 0.004  # of a soft projector's tolerance
 DEBOUNCE_MAX_S = 0.1
 
-LOAD_LIMIT = 0.9  # of the bus at worst; above, a burst of errors has no room left to be repeated in
+LOAD_LIMIT = 0.9  # largest load of the bus: above it, frames with errors cannot be repeated in time
 
 
 @dataclasses.dataclass(frozen=True)
@@ -378,5 +378,5 @@ class Configuration:
 
 
 def _padded(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """With zeros behind the last joint."""
+    """With zeros after the last joint."""
     return np.concatenate([values, np.zeros((MAX_JOINTS - len(values), *values.shape[1:]))])

@@ -35,9 +35,9 @@ def load_configuration(
     source      a shipped preset's name or the path of a TOML file (see tauperp.config.settings)
     robot       instead of the file's: a shipped name, the path of a URDF or MJCF file, or a Robot
     overrides   nested tables over both the file and its preset, e.g. {"wire": {"rate_hz": 200}}
-    chain       base, tip, tool and accept_inertia of the robot, as of tauperp.robot.load; over the file's
+    chain       base, tip, tool and accept_inertia of the robot, as of tauperp.robot.load; replaces the file's
 
-    On an arm with too few joints for d_e (6) or d_p (5) to see anything, a preset's task with that index is off; a
+    On an arm with too few joints for d_e (6) or d_p (5) to detect anything, a preset's task with that index is off; a
     user's file with such a task is refused. Raises InputError: one line with the file and the key.
     """
     is_preset = str(source) in preset_names()
@@ -92,7 +92,7 @@ def _fitting(own: Mapping[str, Any], tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def _merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested tables, key by key; what is not a table replaces."""
+    """Nested tables, merged key by key; a value that is not a table is replaced."""
     merged = dict(below)
     for key, value in above.items():
         if isinstance(value, Mapping) and isinstance(merged.get(key), Mapping):
@@ -109,7 +109,7 @@ def _robot(
     name: str,
     chain: Mapping[str, Any],
 ) -> "Robot":
-    from tauperp import robot as robots  # only here: `tauperp.robot` may itself want to know about configurations
+    from tauperp import robot as robots  # imported here because `tauperp.robot` may import configurations
 
     if isinstance(given, robots.Robot):
         if chain:

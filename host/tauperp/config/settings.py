@@ -16,7 +16,7 @@ SensorPreset = Literal["harsh", "panda"]  # of tauperp.sim.sensors; their thresh
 StopCategory = Literal[0, 1, 2]
 EarlyStop = Literal[0, 1]  # holding under power is for a collision only
 
-MAX_INPUT_CYCLES = 15  # the E2E counter of Sync and TaskCommand cannot tell more
+MAX_INPUT_CYCLES = 15  # the E2E counter of Sync and TaskCommand cannot distinguish more
 
 TASKS: dict[TaskName, int] = {"none": 1, "payload": 2, "contact": 3}  # numbers as on the wire
 MAX_MORE = 3  # the installation's own tasks, with the numbers 4, 5 and 6
@@ -62,7 +62,7 @@ class Observer(Table):
 
 
 class Channel(Table):
-    """One linear filter of the bank: a low-pass and, behind it, an optional high-pass."""
+    """One linear filter of the bank: a low-pass, followed by an optional high-pass."""
 
     low_pass_per_s: float = Field(gt=0, le=500)  # corner, rad/s
     order: Literal[1, 2] = 1
@@ -82,7 +82,7 @@ class Subspace(Table):
     projector: Literal["hard", "soft"]  # soft: continuous at singularities, with the tolerance as its s
     tolerance_nm_per_n: float = Field(gt=0, le=0.1)
     lever_m: float = Field(gt=0, le=1)
-    softness_nm_per_n: float = Field(gt=0, le=0.2)  # of the estimate that the limits look at
+    softness_nm_per_n: float = Field(gt=0, le=0.2)  # softness of the estimate for the limits
 
 
 class Acceleration(Table):
@@ -130,7 +130,9 @@ class Sight(Table):
     """Which links count as seen, and the reaction to a blind one (firmware/core/sight.h)."""
 
     force_n: float = Field(default=500.0, gt=0, le=500)  # along one axis: a link is seen if it reaches a threshold
-    reaction: Literal["report", "slow", "withdraw"] = "report"  # while the task in force does not see a link it needs
+    reaction: Literal["report", "slow", "withdraw"] = (
+        "report"  # while the task in force does not detect a force on a link that it must protect
+    )
 
 
 class Task(Table):
@@ -145,7 +147,7 @@ class Task(Table):
     fast: list[Component] = Field(default=[], max_length=6)  # those of them that may change fast
     frame: Literal["base", "tool"] = "base"  # of the components' axes
     point_m: Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
-    needed_links: list[Annotated[int, Field(ge=1, le=MAX_JOINTS)]] = []  # that it has to see, from 1
+    needed_links: list[Annotated[int, Field(ge=1, le=MAX_JOINTS)]] = []  # links on which it must detect a force, from 1
     limits: Limits
 
 

@@ -45,7 +45,7 @@ def _different(own: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any
 
 
 def toml_lines(tables: Mapping[str, Any], place: str = "") -> list[str]:
-    """Nested tables as TOML: the plain keys of each first, then its tables, each behind an empty line."""
+    """Nested tables as TOML: the plain keys of each first, then its tables, each after an empty line."""
     lines = [f"{key} = {_value(value)}" for key, value in tables.items() if not _is_table(value)]
     if lines and place:
         lines = ["", f"[{place}]", *lines]

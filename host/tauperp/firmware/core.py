@@ -41,7 +41,7 @@ class Projection(NamedTuple):
 
 
 class Step(NamedTuple):
-    residual: FloatArray  # (n,) r, the external torque that the observer sees, Nm
+    residual: FloatArray  # (n,) r, the external torque by the observer, Nm
     index: FloatArray  # type: ignore[assignment]  # (n,) the task's index in the channel nearest to its threshold, Nm
 
 
@@ -130,7 +130,7 @@ class Core:
 
         point   (3,) m in the link's joint frame; by default its origin
 
-        Its columns behind the link are zero. The torque of a force f at the point is jacobian[:3].T @ f. Raises
+        The columns of later joints are zero. The torque of a force f at the point is jacobian[:3].T @ f. Raises
         ValueError for a bad array or a link that the arm does not have.
         """
         if not 1 <= link <= self.n:
@@ -228,8 +228,8 @@ class Core:
     ) -> list[CoreTrip]:
         """Where the index of a recording goes above its threshold for the debounce time, from a `reset` on.
 
-        Arguments as for `step` with (m, n) arrays. One trip a crossing, at its first row. This is the mathematics
-        alone: no deadlines, no settling, no latch; tauperp.firmware.Guard is the whole guard.
+        Arguments as for `step` with (m, n) arrays. One trip per crossing, at its first row. This is only the
+        mathematics: no deadlines, no settling, no latch; tauperp.firmware.Guard is the whole guard.
         """
         self.reset()
         _, index, threshold, tripped = self._run(q, qd, tau, task, accel)

@@ -66,8 +66,8 @@ class Verdict:
     value_channel: int  # of value_nm
     index_channel: npt.NDArray[np.uint8]  # (n,) of `index`
     full_speed: bool  # the permission is not for the reduced speed only
-    blind_links: int  # bit per link, link 1 the lowest: the index in force does not see it
-    needed_links: int  # bit per link: the task in force has to
+    blind_links: int  # bit per link, link 1 the lowest: the index in force detects no force on it
+    needed_links: int  # bit per link: the task in force must detect a force on it
     contact_link: int  # that the last collision hit, 1 to n; 0: cannot tell, or not yet
     contact_class: ContactClass  # of the last collision
     contact_force: FloatArray  # (3,) on the robot, base frame, N
@@ -111,7 +111,7 @@ class Guard:
             self._guard = self._state.guard
         else:
             raise InputError("configuration block: the first of two channels is in float32")
-        # Aligned as the firmware wants it, and kept: the firmware keeps a pointer to it.
+        # Aligned as the firmware requires it, and kept: the firmware keeps a pointer to it.
         self._second_block = None if second is None else library.ffi.new("uint64_t[]", (len(second) + 7) // 8)
         self._frame = library.new("can_frame_t *")
         self._frame_data = library.ffi.buffer(self._frame.data)
@@ -227,7 +227,7 @@ class Guard:
         self._call("note_tick_time", tick_us)
 
     def trip(self, reason: Reason) -> None:
-        """Report a fault that only the board can see, such as Reason.BUS_OFF."""
+        """Report a fault that only the board can detect, such as Reason.BUS_OFF."""
         self._call("trip", int(reason))
 
     def _message(self, frame: Any, now_us: int) -> can.Message:

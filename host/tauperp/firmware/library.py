@@ -86,7 +86,7 @@ class Library:
 def load_library(numeric: Numeric = "float32") -> Library:
     """The built firmware for these numbers, or the library that the environment's TAUPERP_LIBRARY names.
 
-    Raises InputError if it is not there, is not Tauperp's, or is another build than was asked for.
+    Raises InputError if it is missing, is not Tauperp's, or is not the requested build.
     """
     if numeric not in NUMERICS:
         raise InputError(f"numeric: {numeric!r} is unknown (there are {', '.join(NUMERICS)})")

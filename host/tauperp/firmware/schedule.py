@@ -23,7 +23,7 @@ class Schedule:
 
     @property
     def due_us(self) -> int:
-        """Time at which `look` next has something to do, on the caller's clock."""
+        """Time of the next call of `look` with an effect, on the caller's clock."""
         return int(self._schedule.due_us)
 
     def receive(self, frame: can.Message, now_us: int) -> list[Verdict]:

@@ -78,7 +78,7 @@ class Loss:
 
     cause               a collision, a sensor fault of the scenario, a guard that was given up (the last stop then,
                         stated by the run's end), or none: a false stop
-    permitted_again_s   None if the permission did not come back
+    permitted_again_s   None if the permission did not return
     """
 
     stop: Stop

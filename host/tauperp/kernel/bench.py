@@ -39,7 +39,7 @@ _SIGNALS = {
     "TaskCommand": ("Task", "AccelX", "AccelY", "AccelZ"),
     "GuardReset": ("Request", "TripNumber"),
     "JointState": ("CycleHigh", "Position", "Velocity", "Torque"),
-}  # in the order that host/kernel/frames.c takes
+}  # in the order of host/kernel/frames.c
 
 
 class StopFlag:
@@ -105,7 +105,7 @@ class Heard:
 class Bench:
     """One thread's arm, guards and detectors.
 
-    configurations  of the guards that hear the same frames; the first one has command of the arm
+    configurations  of the guards that receive the same frames; the first one controls the arm
     detectors       compared on the guards' signals
     period_us       one cycle of the first configuration; `substeps` of physics in it
     """

@@ -1,4 +1,5 @@
-"""The structs of host/kernel/kernel.h as numpy sees them: same order, same alignment, compared in size at load time."""
+"""The structs of host/kernel/kernel.h as numpy types: same order, same alignment. Their sizes are compared at load
+time."""
 
 import numpy as np
 

@@ -19,7 +19,7 @@ def advice(snapshot: Snapshot) -> str:
         return "next: remove the cause and restart the guard; no reset ends a fault"
     troubles = _troubles(snapshot)
     if verdict.trip_number == 0 and verdict.reason not in WANTED:
-        return f"next: {troubles}" if troubles else "next: wait until the guard asks for a reset"
+        return f"next: {troubles}" if troubles else "next: wait until the guard requests a reset"
     wanted = f"next: GuardReset of trip {verdict.trip_number}, Request from 0 to 1"
     if troubles:
         wanted = f"next: {troubles}; then GuardReset of trip {verdict.trip_number}"

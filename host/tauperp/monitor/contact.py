@@ -15,7 +15,7 @@ def contact_words(snapshot: Snapshot) -> str:
 
 
 def blind_words(snapshot: Snapshot) -> str:
-    """The links that the index in force does not see. A mark (!) follows those that the task needs."""
+    """The links on which the index in force detects no force. A mark (!) follows those that the task must protect."""
     blind, needed = (_links(snapshot, name) for name in ("BlindLinks", "NeededLinks"))
     if not blind:
         return ""

@@ -20,7 +20,7 @@ def joint_lines(snapshot: Snapshot, width: int) -> list[Text]:
         HEADING,
     )
     if not snapshot.joints:
-        return [heading, Text("no GuardIndex was heard", STALE)]
+        return [heading, Text("no GuardIndex was received", STALE)]
     stopped = 0 if snapshot.permitted or snapshot.verdict is None else snapshot.verdict.value.joint
     return [heading, *(_row(joint, reading, length, joint == stopped) for joint, reading in snapshot.joints.items())]
 

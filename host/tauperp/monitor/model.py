@@ -1,4 +1,4 @@
-"""The model behind the live view: frames go in, a Snapshot comes out. No clock, no bus, no terminal."""
+"""The model of the live view. It receives frames and returns a Snapshot. No clock, no bus, no terminal."""
 
 from collections import Counter
 from typing import cast
@@ -134,7 +134,7 @@ class Monitor:
 
     @property
     def _slower(self) -> float:
-        """How much longer than by the clock a cycle may take."""
+        """The factor by which a cycle may last longer than its period."""
         return SLOWER if self._status.get("Variant", ("", 0.0))[0] == "Lockstep" else 1.0
 
     @property
@@ -209,7 +209,7 @@ class Monitor:
         """The expected rate from the DBC, scaled by the measured rate of Sync."""
         sync = self._wire.message("Sync")
         if message.cycle_time_ms == 0 or message.timeout_cycles == 0 or message.joint > self._robot_joints:
-            return None  # an event, or sent only when there is something to say
+            return None  # an event, or sent only in some situations
         paced = message is not sync and self._rates.rate(sync.name)
         return (paced or self._nominal_hz) * sync.cycle_time_ms / message.cycle_time_ms
 

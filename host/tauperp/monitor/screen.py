@@ -1,13 +1,13 @@
 """The live view's picture: a Snapshot as lines of text that fit a terminal of 80 columns and 24 rows, or larger.
 
     title                       bus, format, rate, load, time
-    verdict (3)                 in letters that can be read from across the room: MOVE, STOP
-    guard (2)                   state, task, singular value; times, or what to do while it is stopped
+    verdict (3)                 in large letters: MOVE, STOP
+    guard (2)                   state, task, singular value; times, or advice while it is stopped
     joints (1 + n)              r and d as bars; the upright line is each joint's own threshold
     stops | frames | errors     side by side
     remaining counters, versions
 
-Green is permission and nothing else, red is the lack of it, grey what is old or was never heard.
+Green is permission only, red is no permission, grey is an old or a missing value.
 """
 
 import datetime
@@ -21,7 +21,7 @@ from tauperp.monitor.joints import joint_lines
 from tauperp.monitor.snapshot import Snapshot, Stop, Traffic, spoken
 from tauperp.monitor.style import ALARM, HEADING, STALE, beside, big_word, dotted, fit, room_beside
 
-WAITING = ("SelfTest", "Waiting")  # states without permission that are no error
+WAITING = ("SelfTest", "Waiting")  # states without permission that are not an error
 CATEGORY = {"RemovePower": "0", "StopThenRemovePower": "1", "StopAndHold": "2"}  # IEC 60204-1
 HELD = 65535  # saturated 16-bit counter: this much or more
 NEWEST_STOPS = 6  # shown where the height is not limited
@@ -70,7 +70,7 @@ def _title(snapshot: Snapshot, source: str, width: int) -> Text:
 
 
 def _verdict(snapshot: Snapshot, width: int) -> list[Text]:
-    """Three rows: the word, with its details beside it."""
+    """Three rows: the word, with its details on the right."""
     head, *details = _words(snapshot)
     waiting = snapshot.heard and snapshot.live("State") in WAITING
     style = "bold white on dark_green" if snapshot.permitted else "bold white on red3"
@@ -86,10 +86,12 @@ def _verdict(snapshot: Snapshot, width: int) -> list[Text]:
 def _words(snapshot: Snapshot) -> tuple[str, str, str]:
     """State, reason, and stop category or motion."""
     if not snapshot.heard or snapshot.verdict is None:
-        last = "none was heard yet" if snapshot.verdict is None else f"the last one {_ago(snapshot.verdict.age_s)} ago"
+        last = (
+            "none was received yet" if snapshot.verdict is None else f"the last one {_ago(snapshot.verdict.age_s)} ago"
+        )
         return "no StopCommand: silence means stop", last, ""
     verdict = snapshot.verdict.value
-    state = spoken(str(snapshot.live("State") or "state not heard"))
+    state = spoken(str(snapshot.live("State") or "state not received"))
     if verdict.permitted:
         trips = f"trip {verdict.trip_number} was the last" if verdict.trip_number else "no trip so far"
         speed = "" if verdict.full_speed else " at reduced speed"
@@ -167,7 +169,7 @@ def _stop(stop: Stop, width: int, wide: bool) -> Text:
 
 
 def _frames(snapshot: Snapshot, short: bool) -> list[Text]:
-    """Frames a second of each message against what the DBC says; the joints as one as long as all of them send."""
+    """Frames per second of each message, compared with the DBC; the joints are one row while all of them send."""
     lines = [Text("frame         Hz   of", HEADING)]
     joints = [one for one in snapshot.traffic if one.joint]
     expected = [one for one in joints if one.expected_hz is not None]
@@ -201,7 +203,7 @@ def _rate(name: str, one: Traffic) -> Text:
 
 
 def _errors(snapshot: Snapshot) -> list[Text]:
-    """The guard's counters from GuardStatus beside the monitor's own."""
+    """The guard's counters from GuardStatus, next to the monitor's own."""
     here = {
         "CrcErrors": snapshot.total("crc_errors"),
         "SequenceErrors": snapshot.total("sequence_errors"),

@@ -68,7 +68,7 @@ class JointIndex:
 class Stop:
     """The permission was withdrawn, or no longer sent (trip number None).
 
-    `time_s` since 1970; `lasted_s` until the permission came back, None while it has not; `earlier`: it was so already
+    `time_s` since 1970; `lasted_s` until the permission returned, None before; `earlier`: it was so already
     when the monitor began to listen; `times`: silences with no trip between them are one stop.
     """
 
@@ -108,7 +108,7 @@ class Snapshot:
 
     status  the signals of GuardStatus by name, those with a value table as words
     joints  by number from 1
-    load    share of the bus's time that the heard frames took, with every stuff bit they could have needed
+    load    share of the bus's time that the received frames took, with the largest possible number of stuff bits
     """
 
     time_s: float

@@ -31,7 +31,7 @@ def big_word(word: str) -> tuple[str, str, str]:
 
 
 def bar(share: float, width: int, mark: int, style: str) -> Text:
-    """A bar of `width` columns that reaches the mark, in column `mark`, at share 1; beyond the end it says so."""
+    """A bar of `width` columns that reaches the mark, in column `mark`, at share 1; beyond the end it is marked."""
     filled = max(0.0, share) * mark
     full = min(int(filled), width)
     cells = ["█"] * full

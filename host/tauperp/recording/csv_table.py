@@ -136,9 +136,9 @@ def _cells(line: str, separator: str) -> list[str]:
 
 
 def _find_head(path: Path, lines: Iterator[str], columns: ColumnMap) -> _Head:
-    """The line with the names; lines behind it are not read. Without one the line that has the most of them.
+    """The line with the names; later lines are not read. Without one, the line that has most of them.
 
-    Of lines that have none of them it is the first that is no comment, split into the most names.
+    If no line has any of them, the first line that is not a comment and splits into the most names.
     """
     separators = SEPARATORS if columns.separator is None else (columns.separator,)
     wanted = {column.name for column in columns.readings}
@@ -240,7 +240,7 @@ class _Rows:
             for row in cells:
                 row[-1] = _WORDS.get(row[-1].lower(), row[-1])
         texts = cells
-        if self._decimal == ",":  # a point would stand for thousands
+        if self._decimal == ",":  # a point would separate thousands
             texts = [[cell.translate(_TO_POINT) for cell in row] for row in cells]
         try:
             block = np.array(texts, dtype=float)

@@ -1,6 +1,6 @@
 """Which columns of a table are the joints' readings, in which units and signs: defaults, or a TOML file (`--map`).
 
-    [file]                  # of a .csv; found out if not said
+    [file]                  # of a .csv; detected by default
     separator = ";"
     decimal = ","
 
@@ -27,7 +27,7 @@
     unit = "m/s2"           # m/s2, g
 
     [label]
-    column = "touched"      # default label; there need not be one
+    column = "touched"      # default label; optional
 
 A column without {} holds a list with one value per joint, where the format has lists (.npz, .parquet, .mcap). In an
 .mcap file a column is "topic:field", with dots into objects; time may be "log_time" or "publish_time", both in ns. Of a
@@ -163,9 +163,10 @@ class ColumnMap:
 
 
 def column_map(joints: int, path: str | Path | None = None, names: Sequence[str] = ()) -> ColumnMap:
-    """The default columns, or what a map file says about them. names: of the robot's joints, if the map has none.
+    """The default columns, or those of a map file. names: of the robot's joints, if the map has none.
 
-    Raises InputError, with the file and the key's place, for what is unknown or does not fit so many joints.
+    Raises InputError, with the file and the key's place, for an unknown key or one that does not fit the number of
+    joints.
     """
     source = "map" if path is None else str(path)
     file = _MapFile() if path is None else validate(_MapFile, read_toml(path), source)

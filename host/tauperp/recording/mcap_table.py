@@ -1,8 +1,8 @@
 """Rows from an .mcap file with messages in JSON or in ROS 2's CDR.
 
 Each message on the topic of the first position column is one row. A column of another topic has the value of that
-topic's newest message before it. Messages before every topic has sent one are left out. If a message has a list `name`
-beside a list of values, as sensor_msgs/JointState does, each joint's value is found by its name.
+topic's newest message before it. Messages before every topic has sent one are omitted. If a message has a list `name`
+in addition to a list of values, as sensor_msgs/JointState does, each joint's value is found by its name.
 """
 
 import array

@@ -68,7 +68,7 @@ def find_offsets(recording: Recording, configuration: Configuration, choice: str
             raise InputError(f"--offsets {CALIBRATION}: {configuration.source} has no [sensor] offset_nm")
         return Offsets(nothing, CALIBRATION, f"[sensor] of {configuration.source}, subtracted by the firmware")
     if choice == ZERO:
-        return Offsets(nothing, ZERO, "none, as asked for")
+        return Offsets(nothing, ZERO, "none, as requested")
     if choice == REGRESSION:
         return _by_regression(recording, configuration.robot)
     if choice not in (None, REST):
@@ -134,10 +134,10 @@ def refuse_payload(where: str, offset: FloatArray, posture: FloatArray, robot: R
 def _refuse_what_is_no_sensors(recording: Recording, offset: FloatArray, gravity: FloatArray, robot: Robot) -> None:
     for joint, (value, limits) in enumerate(zip(offset.tolist(), robot.joints, strict=True)):
         if abs(value) > limits.torque_max / 4:  # what the firmware's configuration may have
-            sign = "; is its sign the other one?" if abs(value + 2 * gravity[joint]) < 0.3 * abs(value) else ""
+            sign = "; is its sign wrong?" if abs(value + 2 * gravity[joint]) < 0.3 * abs(value) else ""
             raise InputError(
                 f"{recording.path}: joint {joint + 1} ({limits.name}) is {value:+.1f} Nm off the model's "
-                f"{gravity[joint]:+.1f} Nm at rest, which is no sensor's offset{sign}"
+                f"{gravity[joint]:+.1f} Nm at rest, too much for a sensor's offset{sign}"
             )
 
 
@@ -153,7 +153,7 @@ def _from_file(path: Path, configuration: Configuration) -> Offsets:
 
 
 def _by_regression(recording: Recording, robot: Robot) -> Offsets:
-    """Raises InputError if the motion is too short, or visits too few postures to tell offsets from a payload."""
+    """Raises InputError if the motion is too short, or has too few postures to distinguish offsets from a payload."""
     dynamics, n = Dynamics(robot), robot.n
     good = np.ones(len(recording.time_s), bool) if recording.touched is None else ~recording.touched
     moving = good & (np.abs(recording.qd).max(axis=1) > FRICTION_RAD_S)
@@ -177,13 +177,13 @@ def _by_regression(recording: Recording, robot: Robot) -> Offsets:
     used = _used(x)
     if not conditioned(x):
         raise InputError(
-            f"{recording.path}: its postures are too alike to tell offsets from a payload; name them with --offsets"
+            f"{recording.path}: its postures are too similar to find offsets and a payload; give --offsets"
         )
     found = np.zeros(x.shape[1])
     found[used] = np.linalg.lstsq(x[:, used], y, rcond=None)[0]
     offset: FloatArray = found[:n]
     _refuse_what_is_no_sensors(recording, offset, np.zeros(n), robot)
-    told = f"least squares over {moving_s:.0f} s of the file's own motion, beside a payload of {found[2 * n]:+.2f} kg"
+    told = f"least squares over {moving_s:.0f} s of the file's own motion, with a payload of {found[2 * n]:+.2f} kg"
     return Offsets(offset, REGRESSION, told)
 
 

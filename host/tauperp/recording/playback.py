@@ -233,7 +233,7 @@ class _Bus:
         """
         own = self._recording.acceleration
         acceleration = dict(zip(_AXES, (0.0, 0.0, 0.0) if own is None else own[row].tolist(), strict=True))
-        # An edge of Request needs a 0 first. The next attempt comes two cycles later, until the guard grants it.
+        # An edge of Request needs a 0 first. The next attempt follows two cycles later, until the guard accepts it.
         reset = {"Request": int(asked_for is not None and cycle % 2 == 1), "TripNumber": asked_for or 0}
         try:
             frame = self._sender.frame

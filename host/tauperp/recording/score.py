@@ -19,7 +19,7 @@ from tauperp.recording.recording import FloatArray, Touch
 
 FOUND_GOAL = 0.9  # share of the labelled touches
 TESTED_GOAL = 0.5  # share of the untouched time with permission, below which a recording counts as not tested
-AFTER_TOUCH_S = 0.2  # in which the index comes down again
+AFTER_TOUCH_S = 0.2  # in which the index decreases again
 CONTACT = (
     Reason.COLLISION,
     Reason.SUDDEN,
@@ -51,8 +51,8 @@ class Score:
     input_stops: tuple[Trip, ...]
     idle_s: float  # nobody touches the arm
     permitted_s: float  # of it with permission
-    above_s: float  # of it, from AFTER_TOUCH_S behind a touch, with an index above its threshold
-    judged_s: float  # of it, from AFTER_TOUCH_S behind a touch, that every stage evaluated
+    above_s: float  # of it, from AFTER_TOUCH_S after a touch, with an index above its threshold
+    judged_s: float  # of it, from AFTER_TOUCH_S after a touch, that every stage evaluated
     largest_index_nm: FloatArray  # (n,) in judged_s
     largest_share: FloatArray  # (n,) of the threshold in force, in judged_s
     waited_for: Reason  # main reason of missing permission in the untouched time; NONE if there was none

@@ -16,7 +16,7 @@ _HINT = "columns = [SECONDS, NANOSECONDS] under [time] of a map"
 
 
 def fitted_time(path: Path, values: FloatArray, columns: ColumnMap) -> tuple[npt.NDArray[np.bool_], list[str]]:
-    """Which rows to keep, (m,), and what was left out: all rows that repeat the previous time stamp.
+    """The rows to keep, (m,), and a note on the omitted ones, which repeat the previous time stamp.
 
     Raises InputError if that would lose readings: most rows repeat a time stamp with other values.
     """
@@ -27,10 +27,10 @@ def fitted_time(path: Path, values: FloatArray, columns: ColumnMap) -> tuple[npt
     if np.count_nonzero(differs) > len(values) // 2 or np.count_nonzero(~same) < 2:
         hint = "" if len(columns.time) > 1 else f" ({_HINT}?)"
         raise InputError(
-            f"{path}: time stands still: {np.count_nonzero(~same)} time stamps in {len(values)} rows of "
+            f"{path}: time does not advance: {np.count_nonzero(~same)} time stamps in {len(values)} rows of "
             f"'{columns.time[0].name}'{hint}"
         )
-    return ~same, [f"{np.count_nonzero(same)} rows with the time stamp of the row before are left out"]
+    return ~same, [f"{np.count_nonzero(same)} rows with the time stamp of the previous row are omitted"]
 
 
 def check_rate(recording: Recording) -> None:

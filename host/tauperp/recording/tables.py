@@ -38,10 +38,10 @@ def read_recording(
 ) -> Recording:
     """Read a recording of an arm with so many joints, with the columns of the map or the default ones.
 
-    names: of the joints, to pick values by where a message has names. A row without a valid reading (not a number, not
-    finite, back in time) ends the recording as damage does: the rows before it are there. Rows without any reading and
-    repeated time stamps are left out and reported in `notes`. Raises InputError if the file cannot be opened, lacks a
-    column, has fewer than two good rows or more than MAX_ROWS, or if the map is wrong.
+    names: of the joints, to select values by name where a message has names. A row without a valid reading (not a
+    number, not finite, back in time) ends the recording like damage: the rows before it are kept. Rows without any
+    reading and repeated time stamps are left out and reported in `notes`. Raises InputError if the file cannot be
+    opened, lacks a column, has fewer than two good rows or more than MAX_ROWS, or if the map is wrong.
     """
     path = Path(path)
     columns = column_map(joints, map_file, names)
@@ -85,8 +85,8 @@ def read_recording(
 
 
 def _notes(skipped: Skipped) -> list[str]:
-    notes = [f"{skipped.rows} rows without any reading are left out"] if skipped.rows else []
-    return notes + (["the line of units is left out"] if skipped.units else [])
+    notes = [f"{skipped.rows} rows without any reading are omitted"] if skipped.rows else []
+    return notes + (["the line of units is omitted"] if skipped.units else [])
 
 
 class _Rows:

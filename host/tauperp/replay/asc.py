@@ -33,7 +33,7 @@ _FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
 
 class AscReader:
-    """Frames of the lines that `next_line` gives, the empty string at the end; times from the file's begin, s.
+    """Frames of the lines that `next_line` gives, the empty string at the end; times from the beginning of the file, s.
 
     Raises ValueError, with a readable message, for a line that looks like a frame but is not one.
     """
@@ -58,7 +58,7 @@ class AscReader:
                 channel = int(found["channel"]) - 1
                 yield can.Message(timestamp=self._stamp(found), channel=channel, is_error_frame=True)
             elif _LIKE_A_FRAME.match(line):
-                raise ValueError(f"{line.strip()[:48]!r} is no frame")
+                raise ValueError(f"{line.strip()[:48]!r} is not a frame")
             elif not _HEADER.match(line):
                 self.passed_over += 1
                 if found := _EVENT.match(line):
@@ -81,7 +81,7 @@ class AscReader:
     def _fd(self, found: re.Match[str]) -> can.Message:
         rest = _FD_REST.match(found["rest"])
         if rest is None:
-            raise ValueError(f"{found[0].strip()[:48]!r} is no frame")
+            raise ValueError(f"{found[0].strip()[:48]!r} is not a frame")
         length = int(rest["length"])
         if length not in _FD_LENGTHS:
             raise ValueError(f"{length} data bytes are announced")
@@ -110,7 +110,7 @@ class AscReader:
         identifier = _number(found["id"], self._base)
         is_extended = bool(found["extended"])
         if identifier >= 1 << (29 if is_extended else 11):
-            raise ValueError(f"{found['id']} is no identifier")
+            raise ValueError(f"{found['id']} is not an identifier")
         return can.Message(
             timestamp=self._stamp(found),
             channel=int(found["channel"]) - 1,

@@ -1,7 +1,7 @@
-"""Vector's .blf by python-can's reader, with what that one passes over read or found.
+"""Vector's .blf by python-can's reader, which also reads or reports what that reader skips.
 
-Objects beside the containers are read as those in them are; so are objects whose header is of a version to come, by
-the header's own length. What cannot be read (a container packed in another way, an object that is cut) is an error.
+Objects outside the containers are read like those inside. Objects with a later header version are read by the header's
+own length. Unreadable parts (a container with another compression, an object that is cut) are an error.
 """
 
 import struct
@@ -30,7 +30,7 @@ _PADDING = 8  # bytes at most between two objects
 
 
 class BlfReader(can.BLFReader):
-    """python-can's reader; passed_over counts objects that are no frames. Raises ValueError for what is damaged."""
+    """python-can's reader; passed_over counts objects that are not frames. Raises ValueError for damage."""
 
     passed_over = 0
     _unreadable: str | None = None
@@ -57,7 +57,7 @@ class BlfReader(can.BLFReader):
             raise ValueError(self._unreadable)
 
     def _readable(self, data: bytes) -> bytes:
-        """The same objects with header versions that python-can knows. Counts those that are no frames."""
+        """The same objects with header versions that python-can knows. Counts those that are not frames."""
         changed = bytearray(data)
         at = data.find(_SIGNATURE, 0, _PADDING)
         while at >= 0 and at + OBJ_HEADER_BASE_STRUCT.size <= len(data):
@@ -78,7 +78,7 @@ class BlfReader(can.BLFReader):
         return bytes(changed)
 
     def check_end(self) -> None:
-        """After the last frame. Raises ValueError if something is left of an object that is cut."""
+        """Called after the last frame. Raises ValueError if a part of a cut object remains."""
         if _SIGNATURE in self._tail:
             raise ValueError("the file ends in the middle of an object")
 

@@ -1,8 +1,8 @@
 """Bus logs as python-can reads them (.blf, candump's .log and others, also with .gz), and .asc, with damage found.
 
-python-can's readers skip what they do not understand and end silently at the end of a file. A log that is evidence
-needs more: every frame before the damage is delivered, then its byte or line is reported. Entries that are no frames
-are counted.
+python-can's readers skip lines that they do not understand, and end without a message at the end of a file. A log as
+evidence needs more: every frame before the damage is delivered, then its byte or line is reported. Entries that are not
+frames are counted.
 """
 
 import gzip
@@ -36,12 +36,12 @@ class LogDamage(InputError):
 
 
 class BusLog(Iterator[can.Message]):
-    """Every frame, in the order of the file, with its data as long as it says. Memory: one container of the file.
+    """Every frame, in the order of the file, with the length of data that it states. Memory: one container of the file.
 
     channel        only frames of this one, named as the file does ("can0", "1"); None: all
-    damage         why the frames ended before the log did; None as long as all is well
-    passed_over    lines or objects so far that are no frames
-    channels       those of the frames so far, with their counts
+    damage         why the frames ended before the log did; None without damage
+    passed_over    number of lines or objects so far that are not frames
+    channels       channels of the frames so far, with their counts
 
     Raises InputError, before the first frame, if nothing of the file can be read: it is of another kind, or empty.
     """
@@ -77,7 +77,7 @@ class BusLog(Iterator[can.Message]):
 
 
 class _PassedOver:
-    """How much of a log was no frame: the reader that is open knows."""
+    """Number of entries of a log that were not frames, from the open reader."""
 
     def __init__(self) -> None:
         self.count: Callable[[], int] = lambda: 0
@@ -112,9 +112,7 @@ def _reader_type(path: Path) -> Any:
         return MESSAGE_READERS[suffix]
     except KeyError:
         known = " ".join(sorted(MESSAGE_READERS))
-        raise InputError(
-            f"{path}: python-can reads no '{suffix}' (it reads {known}); a table goes with --csv"
-        ) from None
+        raise InputError(f"{path}: python-can reads no '{suffix}' (it reads {known}); use --csv for a table") from None
 
 
 def _opened(reader_type: Any, source: "_Lines | _Bytes | Path", passed_over: _PassedOver) -> Any:
@@ -170,14 +168,14 @@ def _frames(
 
 def _reason(error: Exception, source: "_Lines | _Bytes | Path") -> str:
     if isinstance(source, _Lines) and isinstance(error, IndexError | KeyError | TypeError | ValueError):
-        return str(error) if isinstance(error, _Unreadable) or source.is_asc else f"{source.text!r} is no frame"
+        return str(error) if isinstance(error, _Unreadable) or source.is_asc else f"{source.text!r} is not a frame"
     if isinstance(error, struct.error):
         return "the file ends in the middle of its header"
     return " ".join(str(error).split()) or type(error).__name__
 
 
 class _Lines:
-    """A text file for readers of logs that knows its line, and refuses one that is cut or no text."""
+    """A text file for readers of logs. It keeps the line number, and refuses a cut line or one that is not text."""
 
     def __init__(self, raw: IO[bytes], *, is_asc: bool) -> None:
         self.text = ""  # of the newest line, as far as it can be shown
@@ -266,7 +264,7 @@ class _Bytes:
             raise ValueError("an object that ends where it begins")
 
     def check_end(self, announced: int) -> None:
-        """After the last frame. announced: the file's size by its own header; 0 if it does not say."""
+        """After the last frame. announced: the file's size by its own header; 0 if unknown."""
         if self._cut is not None:
             raise ValueError("the file ends in the middle of an object")
         if announced > self._size:

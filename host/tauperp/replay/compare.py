@@ -1,16 +1,18 @@
 """A bus log through the firmware's guard, its frames compared with those in the log, bit for bit.
 
-Each StopCommand in the log is one tick: everything the log has before it is received, the guard ticks, and what it
-sends is compared with what the log has from there to the next StopCommand. What cannot be the same is masked, by
-signal, and reported; `masked_signals` states what and why. A frame with a masked signal is compared without its CRC.
+Each StopCommand in the log is one tick: everything the log has before it is received, the guard ticks, and its
+frames are compared with those of the log up to the next StopCommand. Signals that cannot be equal are masked and
+reported; `masked_signals` states which and why. A frame with a masked signal is compared without its CRC.
 
-Time. A guard in lockstep has one tick a period, and every frame counts as received at its tick's time: that is done
-again, exactly. A guard in real time had a clock that the log does not contain; the time stamps of the log replace it.
+Time. A guard in lockstep has one tick per period, and every frame counts as received at its tick's time. The replay
+repeats this exactly. A guard in real time had a clock that the log does not contain; the time stamps of the log replace
+it.
 
-Start. If the log's guard had not heard the robot yet, a new guard is in the same state after as many idle ticks as
-bring its counters, pages and joints to those of the log. If it had (it was joined), a new guard hears the robot from
-the log's beginning, and comparing begins when it and the log's guard both permit motion and its observer has forgotten
-its start. From then on a GuardReset in the log is passed on with the trip number that the new guard counts.
+Start. If the log's guard had not received frames of the robot before, a new guard reaches the same state by idle ticks
+until its counters, pages and joints equal those of the log. Otherwise (the log joins a run) a new guard receives the
+robot's frames from the log's beginning, and comparing begins when it and the log's guard both permit motion and its
+observer has forgotten its start. From then on a GuardReset in the log is passed on with the trip number that the new
+guard counts.
 """
 
 import dataclasses
@@ -40,7 +42,7 @@ _OF_TRIP = (
 _BUILD = ("FirmwareVersion", "BuildId")
 _VERSIONS_PAGE = 4  # of GuardStatus, which has one in every other tick
 _FORGOTTEN_GAINS = 20.0  # times 1 / K: e^-20 of a hundred Nm is far below a frame's 0.01 Nm
-# What only the board sees, its own time included, is an input: it is taken from the log's StopCommand.
+# A fault that only the board detects, including its time, is an input, taken from the log's StopCommand.
 _TOLD_BY_BOARD = (
     Reason.TICK_LATE,
     Reason.TICK_OVER_BUDGET,
@@ -77,7 +79,7 @@ class LoggedTrip:
 
 @dataclasses.dataclass
 class Count:
-    """Of one message. Missing: the guard sends it, the log has none of it."""
+    """Counts of one message. Missing: the guard sends it, but the log lacks it."""
 
     equal: int = 0
     different: int = 0
@@ -100,7 +102,7 @@ def masked_signals(origin: Origin, build: tuple[int, int] | None) -> dict[str, s
 
 
 class Comparison:
-    """One log: `take` each of its frames in their order; the results are there at any time."""
+    """One log: `take` each of its frames in their order; the results are valid at any time."""
 
     def __init__(self, configuration: Configuration, origin: Origin) -> None:
         self.configuration = configuration
@@ -110,13 +112,13 @@ class Comparison:
         self.compared_cycles = 0
         self.foreign_frames = 0  # of no message of the wire, 29-bit ids too: a board's filter keeps them from the guard
         self.lost_ticks = 0  # StopCommands that the log lacks, by their counter
-        self.out_of_sequence = 0  # StopCommands whose counter stands still or goes back: another guard's
+        self.out_of_sequence = 0  # StopCommands with a counter that does not advance: those of another guard
         self.begin_s = self.end_s = 0.0
         self.counts = {name: Count() for name in GUARD_MESSAGES}
         self.first: Difference | None = None
         self.trips: list[LoggedTrip] = []
         self.verdict: Verdict | None = None  # of the newest tick
-        # A guard of two channels that starts within a run cannot be told of the reset before: one channel is compared.
+        # Two channels that start within a run cannot learn of an earlier reset, so one channel is compared.
         second = None if origin.joined else configuration.second_block(origin.channels)
         self._guard = Guard(configuration.block(origin.numeric), second=second)
         self._period_us = configuration.period_us
@@ -176,7 +178,7 @@ class Comparison:
         self._begin_us = ticks * self._period_us
 
     def _build(self) -> tuple[int, int] | None:
-        """FirmwareVersion and BuildId as this firmware tells them; None where the log's does not."""
+        """FirmwareVersion and BuildId of this firmware; None where the log has none."""
         if self.origin.build is None:
             return None
         status = self.configuration.wire.message("GuardStatus")

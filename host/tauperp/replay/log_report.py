@@ -1,4 +1,4 @@
-"""`tauperp replay LOG`: a log read, its guard's configuration found, its frames compared, and all of it told."""
+"""`tauperp replay LOG`: reads a log, finds its guard's configuration, compares the frames and reports the result."""
 
 import dataclasses
 import itertools
@@ -31,8 +31,8 @@ class LogReplay:
     comparison: Comparison
     damage: str | None  # where the log could not be read on
     took_s: float
-    passed_over: int = 0  # lines or objects of the log that are no frames
-    other_channels: Mapping[str, int] = dataclasses.field(default_factory=dict)  # frames on those left out
+    passed_over: int = 0  # lines or objects of the log that are not frames
+    other_channels: Mapping[str, int] = dataclasses.field(default_factory=dict)  # frames on the omitted channels
 
     @property
     def equal(self) -> bool:
@@ -49,14 +49,14 @@ def replay_log(
     channel: str | None = None,
     watch: Watch | None = None,
 ) -> LogReplay:
-    """Compare a whole log; `watch` sees every tick.
+    """Compare a whole log; `watch` gets every tick.
 
-    config, robot   of the guard in the log: a file or preset; without any, what is shipped is tried
+    config, robot   of the guard in the log: a file or preset; without it, the shipped ones are tried
     scenario        a file or shipped name instead: the configuration that `tauperp run` gave it
-    chain           which part of the robot's file is the arm, as for load_configuration
+    chain           the part of the robot's file that is the arm, as for load_configuration
     channel         only this one of the log's, named as the file does; without it the only one with a guard
 
-    Raises InputError for a file that is no bus log, has no guard in it, or had another configuration.
+    Raises InputError for a file that is not a bus log, has no guard in it, or had another configuration.
     """
     wire = Wire.read()
     log = BusLog(path, channel or _channel_of_guard(path, wire))
@@ -92,7 +92,7 @@ def _channel_of_guard(path: str | Path, wire: Wire) -> str | None:
 
 
 def _others(log: BusLog) -> dict[str, int]:
-    """Frames on channels that were left out."""
+    """Frames on the omitted channels."""
     return {name: count for name, count in log.channels.items() if log.channel not in (None, name)}
 
 
@@ -173,12 +173,12 @@ def lines(replay: LogReplay) -> Iterator[str]:
         since = f"{one.compared_cycles} of {one.cycles} cycles compared" if one.compared_cycles else "nothing compared"
         yield f"the log begins with a guard that was running: {since}"
     if one.foreign_frames or one.lost_ticks:
-        yield f"frames of nobody on this wire: {one.foreign_frames}; cycles without StopCommand: {one.lost_ticks}"
+        yield f"frames of other wires: {one.foreign_frames}; cycles without StopCommand: {one.lost_ticks}"
     if replay.passed_over:
-        yield f"in the log and no frames: {replay.passed_over} lines or objects"
+        yield f"in the log that are not frames: {replay.passed_over} lines or objects"
     if replay.other_channels:
         named = ", ".join(f"{name} ({count})" for name, count in replay.other_channels.items())
-        yield f"frames on other channels, left out: {named}"
+        yield f"frames on other channels, omitted: {named}"
     if one.out_of_sequence:
         yield f"StopCommands out of sequence: {one.out_of_sequence}; two guards, or two logs in one file"
     for why in dict.fromkeys(one.masked.values()):

@@ -1,6 +1,6 @@
-"""What a bus log says about the guard that wrote in it: its configuration, its clock, and how long it had run.
+"""Information in a bus log about its guard: the configuration, the clock, and how long it had run.
 
-A guard tells all of it within one round of the pages of GuardStatus, so it is learned from the first frames.
+A guard sends all of it within one round of the pages of GuardStatus, so the first frames contain it.
 """
 
 import dataclasses
@@ -48,12 +48,12 @@ class Origin:
     channels: int  # 1 or 2
     build: tuple[int, int] | None  # FirmwareVersion, BuildId
     lockstep: bool  # its time was the bus's: no tick ever took any
-    joined: bool  # it had heard the robot before the log begins
+    joined: bool  # it had received frames of the robot before the log begins
     ticks_before: int  # before the first in the log, modulo the round of its counters, pages and joints
 
 
 def look_ahead(frames: Iterator[can.Message], wire: Wire, path: Path) -> tuple[list[can.Message], Origin]:
-    """The first frames, taken from the iterator, and what they say.
+    """The first frames, taken from the iterator, and the information in them.
 
     Raises InputError if there is no StopCommand among them.
     """
@@ -132,11 +132,11 @@ def configuration_of(
     robot: str | Path | None = None,
     chain: Mapping[str, Any] | None = None,
 ) -> Configuration:
-    """The configuration that the guard in the log ran on, checked by its CRC where the log tells it.
+    """The configuration that the guard in the log ran on, checked by its CRC where the log contains it.
 
     source      a file or preset; without one, every shipped preset on every shipped robot is tried
 
-    Raises InputError if what is named has another CRC, or nothing that is shipped has it.
+    Raises InputError if the named configuration has another CRC, or no shipped one has it.
     """
     if source is not None:
         configuration = load_configuration(source, robot=robot, chain=chain)
@@ -155,7 +155,7 @@ def configuration_of(
                 except InputError:  # a preset that does not fit this robot
                     continue
     raise InputError(
-        f"{path}: its guard ran on configuration {origin.config_crc:08x}, which is no shipped preset's: "
+        f"{path}: its guard ran on configuration {origin.config_crc:08x}, which belongs to no shipped preset: "
         "name the file with --config, or the scenario with --scenario"
     )
 

@@ -1,7 +1,7 @@
 """Writes a bus log during a run, with python-can's writers.
 
-The file appears under its name when it is complete: at the end of the run, or on Ctrl-C with every frame until then. A
-run that ends by an error leaves nothing behind.
+The file gets its name when it is complete: at the end of the run, or on Ctrl-C with every frame until then. A run that
+ends with an error leaves no file.
 """
 
 import errno
@@ -19,7 +19,7 @@ from can.io import MESSAGE_WRITERS
 
 from tauperp.errors import InputError
 
-_CARRY_FD = (".asc", ".blf", ".log", ".mf4", ".txt")  # python-can's other formats take a CAN FD frame for a classic one
+_CARRY_FD = (".asc", ".blf", ".log", ".mf4", ".txt")  # python-can's other formats store a CAN FD frame as a classic one
 _GZIP_SUFFIX = ".gz"
 _UNPACKED = (".blf", ".db")  # which it does not write through gzip
 
@@ -28,13 +28,13 @@ Listener = Callable[[can.Message], None]
 
 @contextmanager
 def bus_recorder(name: str | Path | None, *, fd: bool) -> Iterator[Listener | None]:
-    """What takes every frame of a run, in the order of the bus; None without a name.
+    """The recorder of every frame of a run, in the order of the bus; None without a name.
 
-    name    the file; its suffix is the format: .blf, .asc, candump's .log, whatever python-can writes, also with .gz
+    name    the file; its suffix is the format: .blf, .asc, candump's .log or another of python-can, also with .gz
     fd      the frames are CAN FD's
 
-    Raises InputError, before anything is run, if the format is unknown or cannot hold the frames, the file is there
-    already, or cannot be written. Frames keep the time stamps that they come with.
+    Raises InputError, before anything is run, if the format is unknown or cannot hold the frames, the file exists
+    already, or cannot be written. Frames keep their time stamps.
     """
     if name is None:
         yield None

@@ -12,9 +12,9 @@ from tauperp.wire import E2EStatus, Receiver
 
 
 class LogShow:
-    """`hear` every frame of the log in its order, and `show` every tick of the replayed guard.
+    """`hear` receives every frame of the log in order; `show` draws every tick of the replayed guard.
 
-    A joint stays where its last good JointState put it; before the first one it stands at zero.
+    A joint stays at the position of its last good JointState; before the first one it is at zero.
     """
 
     def __init__(self, configuration: Configuration, watch: Watch) -> None:

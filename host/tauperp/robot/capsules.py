@@ -1,4 +1,4 @@
-"""Capsules for links whose file has none: good enough for strikes in a simulation, not for planning."""
+"""Capsules for links whose file has none: sufficient for strikes in a simulation, not for planning."""
 
 import numpy as np
 

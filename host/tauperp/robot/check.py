@@ -93,7 +93,7 @@ def urdf_reader(robot: Robot, source: Source) -> Reader:
     model = pin.buildReducedModel(whole, locked, pin.neutral(whole))
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
-    base = data.oMf[_frame(model, source.base)].rotation  # behind locked joints only, so the same at every state
+    base = data.oMf[_frame(model, source.base)].rotation  # after locked joints only, so the same at every state
     end = model.frames[_frame(model, source.tip)]
     placement = end.placement * pin.SE3(np.eye(3), source.tool)
     tip = model.addFrame(pin.Frame("the tip", end.parentJoint, 0, placement, pin.FrameType.OP_FRAME))

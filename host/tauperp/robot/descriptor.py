@@ -38,7 +38,7 @@ class _RobotNumbers(Table):
 
 
 def read_descriptor(path: Path) -> Robot:
-    """The robot of a file. Raises InputError with the place of what is wrong in it."""
+    """The robot of a file. Raises InputError with the place of the mistake."""
     numbers = validate(_RobotNumbers, read_toml(path), path.name)
     joints = tuple(_joint(entry) for entry in numbers.joint)
     tip = np.array(numbers.tip_m)

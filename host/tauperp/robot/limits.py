@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from tauperp.errors import InputError
 
-# What a file without limits gets: about what the wire can carry. A joint that turns further reports its angle wrapped
+# Limits of a file without limits: about the range of the wire. A joint that turns further reports its angle wrapped
 # to +-pi, with some room for where it wraps.
 DEFAULT_POSITION_RAD = 4.0
 DEFAULT_VELOCITY_RAD_S = 8.0
@@ -15,13 +15,13 @@ WIRE_POSITION_RAD = 4.095875
 WIRE_VELOCITY_RAD_S = 8.19175
 WIRE_TORQUE_NM = 327.67
 
-# Limits between these are no arm's in radians: seven turns and more, but not the huge number that stands for none.
+# Limits between these cannot be radians of an arm: seven turns and more, but not the huge number that means no limit.
 DEGREES_FROM, NO_LIMIT_FROM = 40.0, 1000.0
 
 
 @dataclass(frozen=True)
 class Limits:
-    """rad, rad/s, Nm. None: the file does not say."""
+    """rad, rad/s, Nm. None: not in the file."""
 
     lower: float | None = None
     upper: float | None = None

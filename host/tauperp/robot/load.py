@@ -34,8 +34,8 @@ def load(
     base, tip: links (for tip also an MJCF site) between which the chain is taken; default: the root, the only end.
     tool: (3,) m, the end-effector point in the tip link's frame. base_rpy: (3,) rad, how the file's root frame stands
     in a world with z up, as URDF's roll, pitch, yaw; gravity in the base frame follows from it. accept_inertia: an
-    inertia that no body has becomes the nearest possible one, and a warning.
-    Raises InputError, which names the file, joint or link, for whatever cannot be guarded.
+    inertia that no body can have becomes the nearest possible one, with a warning.
+    Raises InputError, which names the file, joint or link, for every robot that cannot be guarded.
     """
     offset = _three_numbers(tool, "tool")
     mounting = rotation_rpy(*_three_numbers(base_rpy, "base-rpy"))

@@ -18,7 +18,7 @@ from tauperp.robot.model import Capsule
 from tauperp.robot.spatial import Array, Body, Pose, rotation_about, rotation_quaternion
 from tauperp.robot.tree import REVOLUTE, Tree, TreeJoint, TreeLink
 
-_ROUNDING_KG_M2 = 1e-12  # clear of what rounding makes of a triangle inequality that holds exactly
+_ROUNDING_KG_M2 = 1e-12  # larger than the rounding error of an exact triangle inequality
 
 KINDS = {
     int(mujoco.mjtJoint.mjJNT_HINGE): REVOLUTE,
@@ -60,7 +60,7 @@ def compile_mjcf(path: Path, data: bytes, accept_inertia: bool = False) -> tuple
 
 
 def _refuse_sizes(path: Path, model: mujoco.MjModel) -> None:
-    """Numbers that are no arm's, and whose products leave float64."""
+    """Numbers that are impossible for an arm, and whose products overflow float64."""
     positions = (model.body_pos, model.body_ipos, model.qpos0, model.jnt_pos, model.site_pos, model.opt.gravity)
     masses = (model.body_mass, model.body_inertia, model.dof_armature)
     for values, most in (*((x, LENGTH_MAX_M) for x in positions), *((x, MASS_MAX_KG) for x in masses)):
@@ -84,7 +84,7 @@ def _tree(path: Path, model: mujoco.MjModel) -> Tree:
     if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY) or not np.any(model.opt.gravity):
         raise InputError(
             f"{path.name}: gravity is off (<option gravity> or <flag gravity>): "
-            "a guard would take the arm's weight for a touch"
+            "a guard would report the arm's weight as a touch"
         )
     links: list[TreeLink] = []
     for b in range(model.nbody):
@@ -97,7 +97,7 @@ def _tree(path: Path, model: mujoco.MjModel) -> Tree:
     names: set[str] = set()
     for link in links:
         if link.name in names:
-            raise InputError(f"{path.name}: name '{link.name}' stands for two bodies or sites: rename one")
+            raise InputError(f"{path.name}: name '{link.name}' names two bodies or sites: rename one")
         names.add(link.name)
     name = model.names[: model.names.index(b"\0")].decode()
     return Tree(name or path.stem, links, np.array(model.opt.gravity), _closures(model))
@@ -131,7 +131,7 @@ def _strip(spec: mujoco.MjSpec) -> None:
 
 
 def _make_possible(spec: mujoco.MjSpec) -> tuple[str, ...]:
-    """Give bodies whose inertia no body has the nearest possible one; what changed."""
+    """Give bodies with an impossible inertia the nearest possible one; returns the changes."""
     changes = []
     for body in spec.bodies:
         if not body.explicitinertial:

@@ -1,4 +1,5 @@
-"""A serial arm of revolute joints as plain numbers: what every reader makes and every user of a robot takes."""
+"""A serial arm of revolute joints as plain numbers: the result of every reader and the input of every user of a
+robot."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,7 +24,7 @@ class Capsule(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A revolute joint and the link behind it; everything of the link is in the joint frame, which turns with it."""
+    """A revolute joint and its child link. All values of the link are in the joint frame, which turns with the link."""
 
     name: str
     origin_rotation: Array  # (3, 3) of the joint frame in the parent joint's frame (first: in the base frame) at q = 0
@@ -36,13 +37,15 @@ class Joint:
     position_max: float = DEFAULT_POSITION_RAD
     velocity_max: float = DEFAULT_VELOCITY_RAD_S
     torque_max: float = DEFAULT_TORQUE_NM
-    rotor_inertia: float = 0.0  # kg m^2, reflected to the joint; behind the torque sensor, so not in the table
+    rotor_inertia: float = (
+        0.0  # kg m^2, reflected to the joint; on the motor side of the torque sensor, so not in the table
+    )
     defaults: frozenset[str] = frozenset()  # of "position", "velocity", "torque": limits that the file does not have
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The file that a robot was read from and the part of it that was taken, so that another reader can check it."""
+    """The source file of a robot and the part of it that was read, so that another reader can check it."""
 
     path: Path
     kind: str  # "urdf" or "mjcf"
@@ -63,8 +66,8 @@ class Robot:
     capsules: tuple[Capsule, ...]  # one per joint, in the joint's frame
     tip_rotation: Array = field(default_factory=lambda: np.eye(3))  # of the tip link in the last joint's frame
     source: Source | None = None
-    note: str = ""  # where the numbers come from
-    warnings: tuple[str, ...] = ()  # what was changed or left out, one line each
+    note: str = ""  # source of the numbers
+    warnings: tuple[str, ...] = ()  # changes and omissions, one line each
 
     @property
     def n(self) -> int:

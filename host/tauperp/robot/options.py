@@ -9,7 +9,8 @@ from tauperp.robot.model import Robot
 
 
 def add_robot_arguments(parser: argparse.ArgumentParser, instead_of: str) -> None:
-    """--robot, and which part of it is the arm. instead_of: whose robot it replaces, for the help."""
+    """--robot, and the part of it that is the arm. instead_of: the source of the robot that it replaces, for the
+    help."""
     parser.add_argument("--robot", metavar="NAME", help=f"shipped robot, URDF or MJCF file, instead of {instead_of}")
     add_chain_arguments(parser)
 
@@ -34,6 +35,6 @@ def chain_of(args: argparse.Namespace) -> Mapping[str, Any]:
 
 
 def say_warnings(robot: Robot) -> None:
-    """Prints on stderr what reading the robot changed or left out."""
+    """Prints the changes and omissions of the robot's reader on stderr."""
     for warning in robot.warnings:
         print(f"tauperp: warning: {warning}", file=sys.stderr)

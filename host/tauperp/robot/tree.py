@@ -1,7 +1,7 @@
 """A tree of links as robot files describe it, and the one serial chain of it that becomes a Robot.
 
 Links joined by fixed joints are merged. Joints off the chain are locked where the file puts them (URDF: zero, MJCF:
-qpos0) and their links merged too, so a hand's fingers or a second arm cost nothing but their mass.
+qpos0) and their links merged too, so a hand's fingers or a second arm add only their mass.
 """
 
 import re
@@ -41,9 +41,9 @@ class TreeLink:
     pose: Pose  # in the parent link at joint position zero
     joint: TreeJoint
     body: Body = field(default_factory=Body)
-    locked_pose: Pose | None = None  # in the parent link where a locked joint stands, if not at zero
+    locked_pose: Pose | None = None  # in the parent link, at the position of a locked joint, if not zero
     capsules: tuple[Capsule, ...] = ()
-    marker: bool = False  # a frame that is no body of the file (an MJCF site): a tip only if asked for by its name
+    marker: bool = False  # a frame that is not a body of the file (an MJCF site): a tip only if it is named
 
     @property
     def locked(self) -> Pose:
@@ -110,10 +110,10 @@ class Tree:
         ]
         if tip is None and _GRIPPER.search(moving[-1].joint.name):
             warnings.append(
-                f"joint '{moving[-1].joint.name}' is named like a gripper's and taken for the arm's last one "
+                f"joint '{moving[-1].joint.name}' is named like a gripper's and counts as the arm's last one "
                 f"(--tip {moving[-1].parent} ends the chain before it)"
             )
-        beyond: dict[str, list[str]] = {}  # joints by what is said of their limits
+        beyond: dict[str, list[str]] = {}  # joints by the kind of their limits
         joints: list[Joint] = []
         capsules: list[list[Capsule]] = []
         pose = Pose()  # of the current link in the last moving joint's frame
@@ -188,7 +188,7 @@ class Tree:
         return pose
 
     def _path(self, base: TreeLink, tip: TreeLink) -> list[TreeLink]:
-        """Links behind `base` up to and with `tip`."""
+        """Links after `base` up to and including `tip`."""
         path: list[TreeLink] = []
         for link in self._ancestry(tip):
             if link.name == base.name:
@@ -197,7 +197,7 @@ class Tree:
         raise InputError(f"robot '{self.name}': link '{tip.name}' is not a descendant of base '{base.name}'")
 
     def _only_tip(self, base: TreeLink) -> TreeLink:
-        """The end of the chain when nobody names it: where nothing behind moves any more, at the only free end."""
+        """The end of the chain if it is not named: the only free end after the last moving joint."""
         link = base
         while True:
             movers = self._movers(link)
@@ -259,10 +259,10 @@ class Tree:
                     pending.append((child, pose @ child.pose))
 
     def _merged(self, link: TreeLink, on_path: set[str], changed: dict[str, Body] | None) -> Body:
-        """All that moves with a link, in its frame. changed: takes the bodies that no body can be; None refuses them.
+        """The body that moves with a link, in its frame. changed: collects impossible bodies; None refuses them.
 
         What an inertia may be off by is measured against all that the joint moves: a screw that changes no torque
-        which the wire could carry is no reason to refuse an arm.
+        which the wire could carry is not a reason to refuse an arm.
         """
         parts = list(self._moves_with(link, on_path))
         for part, _ in parts:
@@ -306,7 +306,7 @@ def _few(names: list[str], most: int = 6) -> str:
 
 
 def _refuse_joint(link: TreeLink, *, inner: bool) -> None:
-    """A joint that cannot be on a chain of revolute joints is an error that names it. inner: behind a revolute one."""
+    """A joint that cannot be on a chain of revolute joints is an error that names it. inner: after a revolute one."""
     joint = link.joint
     if joint.kind == FIXED:
         return
@@ -322,7 +322,7 @@ def _refuse_joint(link: TreeLink, *, inner: bool) -> None:
 
 
 def _refuse_sizes(link: TreeLink) -> None:
-    """Numbers that are no arm's, and whose products leave float64."""
+    """Numbers that are impossible for an arm, and whose products overflow float64."""
     body = link.body
     for what, values, most in (
         ("mass in kg", np.array([body.mass]), MASS_MAX_KG),

@@ -1,6 +1,7 @@
-"""URDF as a tree of links. Meshes, colours and everything else that has no mass is not looked at.
+"""URDF as a tree of links. Meshes, colours and everything else without mass are ignored.
 
-Link and joint names are two name spaces. An origin turns by rpy or by quat_xyzw. A link whose mass is zero is a frame.
+Link and joint names are two name spaces. An origin is rotated by rpy or by quat_xyzw. A link whose mass is zero is a
+frame.
 """
 
 import math
@@ -105,7 +106,7 @@ def _refuse_loop(parents: dict[str, tuple[str, ElementTree.Element]], where: str
 
 
 def _rotors(root: ElementTree.Element, where: str) -> dict[str, float]:
-    """Rotor inertia reflected to each joint, kg m2, of the transmissions that say it.
+    """Rotor inertia reflected to each joint, kg m2, from the transmissions that contain it.
 
     URDF itself has no element for it; these are Drake's: drake:rotor_inertia and drake:gear_ratio of an actuator.
     """
@@ -189,7 +190,7 @@ def _joint(element: ElementTree.Element, rotors: dict[str, float], where: str) -
 
 
 def _limits(limit: ElementTree.Element, kind: str, place: str) -> Limits:
-    """Of lower and upper one that is missing is 0, as the format says. A velocity or effort of 0 stands for none."""
+    """A missing one of lower and upper is 0, by the format. A velocity or effort of 0 means no limit."""
     bounded = kind == "revolute" and not limit.attrib.keys().isdisjoint(("lower", "upper"))
     return Limits(
         lower=_number(limit, "lower", place, 0.0) if bounded else None,
@@ -225,7 +226,7 @@ def _pose(origin: ElementTree.Element | None, place: str) -> Pose:
         raise InputError(f"{place}: origin has both rpy and quat_xyzw")
     x, y, z, w = _vector(origin, "quat_xyzw", place, count="four")
     if not 0.9 < x * x + y * y + z * z + w * w < 1.1:
-        raise InputError(f'{place}: origin quat_xyzw="{origin.get("quat_xyzw")}" is no unit quaternion')
+        raise InputError(f'{place}: origin quat_xyzw="{origin.get("quat_xyzw")}" is not a unit quaternion')
     return Pose(rotation_quaternion(np.array([w, x, y, z])), position)
 
 
@@ -267,14 +268,14 @@ def _float(text: str, place: str) -> float:
 
 
 LINK, JOINT = "link ", "joint "  # prefixes, since a reader may have one name space for both
-_READABLE_KINDS = {"spherical": "floating"}  # of a joint that is locked, no more is asked than that it is known
+_READABLE_KINDS = {"spherical": "floating"}  # a locked joint needs only a known type
 
 
 def essence(root: ElementTree.Element, changed: dict[str, Body]) -> bytes:
     """What of a robot that read_urdf takes has to do with dynamics, as URDF: for a reader that may refuse the rest.
 
-    Attributes are copied as they are written. changed: bodies that take the place of the file's. The limits that a
-    reader may insist on are no part of it.
+    Attributes are copied as they are written. changed: bodies that take the place of the file's. Limits that
+    a reader may require are not part of it.
     """
     robot = ElementTree.Element("robot", name="robot", version="1.2")  # the first in which quat_xyzw is read
     for link in root.findall("link"):

@@ -1,8 +1,8 @@
-"""An experiment fitted to another arm: where it begins, how far it moves, what it carries, where it is struck.
+"""An experiment fitted to another arm: its start, its moves, its payloads and its strikes.
 
 The paper's arm has seven joints, a reach of a metre and strong drives. Another arm may be shorter, weaker, of six
-joints, or shaped so that a hand has no way to the same place. What of the scenario the arm can do stays as it is; the
-rest is changed as little as possible, and every change is a line for the reader. What the arm cannot do at all is an
+joints, or have a shape that keeps a hand from the same place. Steps that the arm can do stay unchanged. The others are
+changed as little as possible, and each change is one line in the report. A step that the arm cannot do at all is an
 InputError.
 """
 
@@ -31,8 +31,8 @@ TURNS_RAD = (0.0, np.pi / 2, -np.pi / 2, np.pi)  # of the moves about the base
 PLACES = (0.5, 0.7, 0.9, 0.3)  # along a link
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 0), (0, 1, 1), (0, 1, -1), (1, 0, 1), (1, 0, -1))
 SEEN = 4.0  # thresholds that a strike has to reach in the index: it lasts only 0.2 s, and grows from nothing
-FEEL_SHARE = 0.9  # of a drive's torque that a strike may take
-SOFTEST_N = 20.0  # of a strike worth the name
+FEEL_SHARE = 0.9  # largest share of a drive's torque for a strike
+SOFTEST_N = 20.0  # of a sufficiently strong strike
 SINGULAR = 0.05  # m/rad: a start nearer to a singular posture is none
 
 
@@ -75,7 +75,7 @@ class _Fit:
         self.notes: list[str] = []
 
     def scenario(self) -> Scenario:
-        """Raises InputError with what is in the way."""
+        """Raises InputError with the obstacle."""
         points = {name: self._point(point) for name, point in self._scenario.points.items()}
         way = self._way(points)
         if self._scale != 1.0 or self._turn != 0.0:
@@ -97,7 +97,7 @@ class _Fit:
         return PointTable(offset_m=(float(cos * x - sin * y), float(sin * x + cos * y), z))
 
     def _way(self, points: dict[str, PointTable]) -> Way:
-        """Through every step of every phase; one that stands still has the posture in which it begins."""
+        """The postures of every step of every phase; a step without motion has its start posture."""
         tip, rotation = self._arm.tip(self._start)
         goals, last = [], tip
         for phase in self._scenario.phases:
@@ -114,7 +114,9 @@ class _Fit:
             if isinstance(way, Way):
                 self._limits = limits
                 if share != 1.0:
-                    self.notes.append(f"moves are at {share:.0%} of the experiment's speed: the joints are no faster")
+                    self.notes.append(
+                        f"moves are at {share:.0%} of the experiment's speed: the joints cannot be faster"
+                    )
                 return way
             if "speed" not in way:
                 break
@@ -136,7 +138,7 @@ class _Fit:
         )
 
     def _guide(self) -> float:
-        """Share of every guiding force that the drives can stand."""
+        """Share of every guiding force that the drives can hold."""
         forces = [np.array(force.force_n) for phase in self._scenario.phases for _, force in phase.guides]
         for share in GUIDES:
             if all((self._arm.load(self._start, share * force) <= 1.0).all() for force in forces):
@@ -158,7 +160,7 @@ class _Fit:
         return replace(phase, payload=payload, guides=guides, strikes=strikes)
 
     def _poses(self, phase: Phase, way: Way, first: int, step: int, after_s: float, guide: float) -> list[Vector]:
-        """Where the arm is while the hand comes."""
+        """The postures of the arm while the hand approaches."""
         forces = [np.array(force.force_n) for at, force in phase.guides if at == step]
         if forces and len(way.position) == 1:
             shift = guide * np.sum(forces, axis=0) / self._scenario.impedance.stiffness_n_m
@@ -186,7 +188,7 @@ class _Fit:
             if reached >= SEEN:
                 break
         if best is None:
-            raise InputError("a hand has no free way to any link")
+            raise InputError("a hand has no free path to any link")
         if most < SEEN:
             raise InputError(
                 f"no strike reaches {SEEN:g} thresholds of the index of task '{_task_name(task)}' (at most {most:.1f})"
@@ -217,7 +219,7 @@ def _slower(limits: Limits, share: float) -> Limits:
 
 
 def _others(strike: Strike, n: int) -> Iterator[Strike]:
-    """The strike as it is, then with other directions, other places, and other links near its own."""
+    """The strike unchanged, then with other directions, other places, and other links near its own."""
     first = min(strike.link, n)
     yield replace(strike, link=first)
     own = np.array(strike.direction) / np.linalg.norm(strike.direction)

@@ -22,7 +22,7 @@ class GuardPeer(Protocol):
 class GuardNode:
     """The library's guard, ticked once a cycle in simulated time.
 
-    patience_s      of real time, for the frames of a cycle on a bus that takes time to carry them; 0: they are there
+    patience_s      of real time, wait for the frames of a cycle on a bus with delays; 0: the frames have arrived
     """
 
     remote = False

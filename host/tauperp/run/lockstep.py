@@ -32,7 +32,7 @@ LAST_LOOK_S = 0.5  # simulated after the last step is done
 COMING_TO_REST_S = 2.0  # simulated at most after a guard has been given up
 AT_REST_S = 0.1  # and after the robot has then stopped
 BEYOND_S = 1.0  # s; a joint may be beyond the wire's range for this time before the run is aborted
-REACTION_S = 0.15  # s until a person whose hand has stopped a robot removes it
+REACTION_S = 0.15  # s until a person removes the hand that has stopped a robot
 
 Progress = Callable[[float, str], None]  # share of the steps done, 0 to 1, and the phase's name
 
@@ -174,7 +174,7 @@ class Lockstep:
         rotors = ", ".join(f"{joint.rotor_inertia:.2g}" for joint in self._scenario.robot.joints)
         raise InputError(
             f"{self._scenario.source}: the simulation of {self._scenario.robot.name} is unstable at {time_s:.3f} s:"
-            f" {wrong}; this is no verdict on the guard. Give larger rotor inertia (plant.rotor_inertia_kg_m2, now"
+            f" {wrong}; the guard was not judged. Give larger rotor inertia (plant.rotor_inertia_kg_m2, now"
             f" {rotors}), more plant.substeps or softer [impedance]"
         )
 
@@ -296,7 +296,7 @@ def _steps(scenario: Scenario, phase: int) -> range:
 
 
 def _jobs(scenario: Scenario, dynamics: Dynamics, start: np.ndarray) -> list[Job]:
-    """The steps of all phases as the robot's jobs; points are taken from where the tip starts."""
+    """The steps of all phases as the robot's jobs; points are relative to the start of the tip."""
     tip, rotation = dynamics.tip(start)
     jobs: list[Job] = []
     for phase in scenario.phases:

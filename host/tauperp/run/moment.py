@@ -13,7 +13,7 @@ def moment_of(
     torque_nm: np.ndarray | None = None,
     unusable: np.ndarray | None = None,
 ) -> Moment:
-    """The stage as it stands, with what the guard says of it; nothing that touches it is known."""
+    """The current state of the stage with the guard's answer; contacts are not known."""
     tripped = verdict.joint if verdict.state == State.STOPPED else 0
     torques = (verdict.residual, verdict.index, threshold_nm)
     return Moment(

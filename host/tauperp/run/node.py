@@ -67,7 +67,8 @@ class RobotNode:
         self._messages = tuple(f"JointState{joint + 1}" for joint in range(n))
 
     def start(self, faults: tuple[SensorFault, ...] = ()) -> None:
-        """Take the arm as it stands; `faults` of kind status, silent and crc happen to the frames sent from now on."""
+        """Start from the arm's current state; `faults` of kind status, silent and crc affect the frames sent from now
+        on."""
         self._faults = faults
         self.sample = self.arm.stand()
 

@@ -16,13 +16,14 @@ import numpy as np
 
 from tauperp.robot_side import Answer
 
-START_CYCLES = 4  # are tried before there is no guard; one in lockstep looks at a silent bus after 0.25 s
+START_CYCLES = 4  # cycles tried before the guard counts as missing; one in lockstep checks a silent bus after 0.25 s
 SPIN_S = 0.0005  # of the wait for a cycle is not slept, as a sleep ends late
 
 
 @dataclass(frozen=True)
 class Patience:
-    """Seconds of real time without an answer after which there is no guard: before the first one, and later."""
+    """Seconds of real time without an answer after which the guard counts as missing: before its first answer, and
+    later."""
 
     start_s: float = 2.0
     answer_s: float = 0.5
@@ -99,9 +100,8 @@ class RealTime(Pace):
     """Absolute times, so that errors do not add up: sleep, then spin for the rest.
 
     A cycle is late if it begins more than half a period after it was due. Whole periods that are missed are skipped:
-    what happens in the robot's world then takes longer than it should, and the report says by how much. Permission is
-    in time until the middle of the cycle: the rest is for moving the arm. `patience` None if the guard is in this
-    process.
+    the simulation is then slower than real time, and the report states by how much. A permission is in time until the
+    middle of the cycle: the rest is for the motion of the arm. `patience` None if the guard is in this process.
     """
 
     real_time = True
@@ -140,7 +140,7 @@ class RealTime(Pace):
 
     @property
     def answer_timeout_s(self) -> float:
-        """Never zero: that would be the other way to look."""
+        """Never zero, because zero means a check without waiting."""
         return max(1e-6, self._begun_s + self._period / 2 - time.monotonic())
 
     def note(self, answer: Answer) -> bool:

@@ -1,4 +1,4 @@
-"""The range of the wire for an arm. A simulated joint stays within it, as a real one behind this guard must."""
+"""The range of the wire for an arm. A simulated joint stays within it, as a real one with this guard must."""
 
 from dataclasses import dataclass, replace
 

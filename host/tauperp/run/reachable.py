@@ -1,4 +1,5 @@
-"""What an arm can do, asked before an experiment is run on it: postures, moves, torques, and places to strike it."""
+"""The abilities of an arm, checked before an experiment runs on it: postures, moves, torques, and places to strike
+it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,13 +20,13 @@ from tauperp.sim.trajectory import Limits, Planner, Unreachable
 
 Vector = NDArray[np.float64]
 
-PLAN_PERIOD_S = 0.02  # coarse: only whether it can be done is asked
+PLAN_PERIOD_S = 0.02  # coarse: only the feasibility matters
 TORQUE_SHARE = 0.8  # of what a drive gives: the rest is for control
-SINGULAR_SHARE = 0.4  # of the start's smallest singular value: an arm that has retreated takes another way from there
+SINGULAR_SHARE = 0.4  # of the start's smallest singular value: after a retreat the arm moves on another path from there
 PROBE_NM = 1.0
 PROBE_GAINS = 7.0  # times 1 / K, until a constant torque has settled in the index
 CLEARANCE_M = 0.01
-WAY = (1.0, 0.8, 0.6, 0.4, 0.2)  # of the hand's way to the link, where it must not meet another one
+WAY = (1.0, 0.8, 0.6, 0.4, 0.2)  # of the hand's path to the link, on which it must not touch another one
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Reachable:
         return postures(self.robot, self.dynamics)
 
     def plan(self, start: Vector, goals_m: Sequence[Vector], rotation: Vector, limits: Limits) -> Way | str:
-        """Straight moves from `start` to each goal in turn; what is in the way if one cannot be done."""
+        """Straight moves from `start` to the goals, one after the other; the obstacle if a move is impossible."""
         paths: list[Vector] = []
         begins: list[int] = []
         joints = start
@@ -88,13 +89,13 @@ class Reachable:
         return min(float(np.linalg.svd(self.dynamics.jacobian(q), compute_uv=False)[-1]) for q in rows)
 
     def weakest(self, postures_rad: Vector, mass_kg: float) -> tuple[float, int]:
-        """How much of the drives' torque it takes to carry a mass at the tip, at worst, and on which joint (from 1)."""
+        """Largest share of a drive's torque needed to carry a mass at the tip, and its joint (from 1)."""
         weight = -mass_kg * self.robot.gravity
         shares = np.array([self.load(q, weight) for q in postures_rad])
         return float(shares.max()), int(shares.max(axis=0).argmax()) + 1
 
     def load(self, posture: Vector, pull_n: Vector) -> Vector:
-        """Share (n,) of each drive's usable torque that the arm's weight and a pull at the tip take."""
+        """Share (n,) of each drive's usable torque that the arm's weight and a force at the tip need."""
         bias = self.dynamics.bias(posture, np.zeros(self.n))
         return np.abs(bias + self.dynamics.jacobian(posture)[:3].T @ -pull_n) / self._strength
 
@@ -108,7 +109,7 @@ class Reachable:
         return joints
 
     def response(self, posture: Vector, task: int) -> Vector:
-        """(n, n): how far the index of joint i goes for 1 Nm more on joint j, by the firmware itself."""
+        """(n, n): change of the index of joint i for 1 Nm more on joint j, by the firmware itself."""
         core, n = self._core, self.n
         rows = round(PROBE_GAINS / self._configuration.settings.observer.gain_per_s / self._period_s)
         still = np.zeros(n)
@@ -139,7 +140,7 @@ class Reachable:
         return jacobian[:, : self.n].T @ direction, point, direction
 
     def clear(self, posture: Vector, strike: Strike) -> bool:
-        """Whether the hand appears outside every link and meets the struck one first."""
+        """Whether the hand starts outside every link and touches the intended one first."""
         _, point, direction = self.lever(posture, strike)
         part = BODY_PARTS[strike.part]
         reach = STANDOFF_M + part.radius_m + self.robot.capsules[strike.link - 1].radius

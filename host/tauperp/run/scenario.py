@@ -1,20 +1,20 @@
-"""Scenario files: a robot, its guard, what it is to do, who touches it and which sensors fail, as TOML.
+"""Scenario files: a robot, its guard, its steps, contacts and sensor faults, as TOML.
 
     robot = "ku_dex"                 # shipped name, or a URDF or MJCF file beside the scenario
     config = "paper"                 # the guard's preset or TOML file; [guard] overrides single keys of it
     seed = 1
     [point.P2]
-    offset_m = [0.0, 0.25, 0.1]      # of the end-effector from where it starts, base frame
+    offset_m = [0.0, 0.25, 0.1]      # of the end-effector from its start, base frame
     [[phase]]
     task = "payload"
     payload = { mass_kg = 1.0, com_m = [0.0, 0.0, 0.05] }
     do = [ { wait_s = 1.0 }, { move = "P2" } ]
     [[phase.strike]]
-    step = 2                         # while that step of `do` lasts; a hand comes from `after_s` on
+    step = 2                         # during that step of `do`; a hand approaches from `after_s` on
     link = 7
     direction = [0.0, 0.0, 1.0]
 
-Units are in the names. Phases follow each other; a payload is grasped or let go where a phase begins.
+Units are in the names. Phases follow each other; a payload is grasped or released at the start of a phase.
 """
 
 from collections.abc import Mapping
@@ -45,7 +45,7 @@ SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 
 @dataclass(frozen=True)
 class Phase:
-    """One phase, ready to be run: what to do, and who comes during which step (counted from 0) after how long."""
+    """One phase, ready to run: its steps, and the contacts of each step (from 0) with their delays."""
 
     name: str
     task: int  # as on the wire
@@ -78,7 +78,7 @@ class Scenario:
 
 
 def shipped(name: str) -> Path:
-    """The file of a shipped scenario. Raises InputError if there is none of this name."""
+    """The file of a shipped scenario. Raises InputError for an unknown name."""
     path = SCENARIOS / f"{name}.toml"
     if not path.is_file():
         known = ", ".join(sorted(one.stem for one in SCENARIOS.glob("*.toml")))
@@ -96,12 +96,12 @@ def load_scenario(
     last_link: bool = False,
     chain: Mapping[str, Any] | None = None,
 ) -> Scenario:
-    """Read and check a scenario file; what is given here wins over what it says.
+    """Read and check a scenario file; the arguments take precedence over the file.
 
     The scenario's robot is the one to simulate: its ranges are cut to what the wire carries, and rotor inertia that its
     file does not give is estimated. `last_link`: a strike on a link that the arm does not have goes to its last one.
     `rate_hz` takes the frame format that belongs to it: classic CAN up to 500 Hz, CAN FD above. `mass_kg` scales all
-    payloads so that the heaviest has it. `chain` says which part of the robot's file is the arm, as for
+    payloads so that the heaviest has it. `chain` is the part of the robot's file that is the arm, as for
     load_configuration. Raises InputError: one line with the file and the key's place.
     """
     path = Path(path)
@@ -146,7 +146,7 @@ def load_scenario(
 
 
 def _beside(path: Path, name: str, known: Any) -> str | Path:
-    """A name that is shipped as it is; a file's path relative to the scenario that names it."""
+    """A shipped name unchanged; a file's path relative to the scenario that names it."""
     beside = path.parent / name
     return beside if name not in known and (beside.suffix or beside.is_file()) else name
 
@@ -201,7 +201,7 @@ def _check_postures(table: ScenarioTable, robot: Robot, start: list[float] | Non
 
 
 def _check(table: ScenarioTable, robot: Robot, configuration: Configuration, source: str) -> None:
-    """What one table by itself cannot know."""
+    """Checks that need more than one table."""
 
     def refuse(place: str, message: str) -> None:
         raise InputError(f"{source}: {place}: {message}")

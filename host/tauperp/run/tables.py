@@ -37,7 +37,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Described(Table):
-    """A table whose keys say what they mean."""
+    """A table with documented keys."""
 
     model_config = ConfigDict(use_attribute_docstrings=True)
 
@@ -57,7 +57,7 @@ class StrikeTable(Described):
     """A collision: a body part that starts 12 cm away, touches the link and pushes."""
 
     step: int = Field(default=1, ge=1)
-    """Step of `do` during which the hand comes, from 1."""
+    """Step of `do` during which the hand strikes, from 1."""
     after_s: NotNegative = 0.0
     """Time from the start of the step until the hand starts, s."""
     link: int = Field(ge=1)
@@ -185,7 +185,7 @@ class FaultTable(Described):
     end_s: Positive = SensorFault.end_s
     """Until when, s."""
     value: float = SensorFault.value
-    """As `kind` says."""
+    """Value for `kind`."""
 
 
 class PlantTable(Described):
@@ -218,7 +218,7 @@ class PlantTable(Described):
 
 
 class LimitTable(Described):
-    """Of moves."""
+    """Speeds and accelerations of moves."""
 
     speed_m_s: Positive = Limits.speed_m_s
     """Speed of the end-effector, m/s."""

@@ -16,7 +16,8 @@ Vector = NDArray[np.float64]
 class Stop:
     """Motion was permitted and no longer is. `time_s`: the cycle whose StopCommand, or whose silence, ended it.
 
-    `reason` as on the wire (0: silence); joint 1 to n or 0; index value Nm; `standstill_s`: when the robot stood still.
+    `reason` as on the wire (0: silence); joint 1 to n or 0; index value Nm; `standstill_s`: time of standstill of the
+    robot.
     """
 
     time_s: float
@@ -57,7 +58,7 @@ class Trace:
     contacts: tuple[Contact, ...]
     finished: bool  # every phase was completed before the time limit
     ended: str | None = None  # why the run was aborted, in words
-    # (N, n) readings that the robot's side knows to be wrong, or did not send
+    # (N, n) readings that are known to be wrong on the robot's side, or were not sent
     unusable: NDArray[np.bool_] | None = None
 
     def under_way(self, settle_s: float) -> NDArray[np.bool_]:

@@ -1,8 +1,8 @@
 """python-can's virtual bus for lockstep: the same channels, without the copy that it makes of every frame and the locks
 of its queues, which together cost a third of a run.
 
-The copies are not needed here: nobody changes a frame that it has sent or received. Time stamps stay as the sender set
-them, which is simulated time. Ordinary virtual buses may share the channel.
+The copies are not needed here, because no node changes a frame that it has sent or received. Time stamps stay as the
+sender set them, which is simulated time. Ordinary virtual buses may share the channel.
 """
 
 from collections.abc import Hashable
@@ -30,7 +30,7 @@ class LockstepBus(VirtualBus):
                 queue.put(msg)
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """As every bus; a look without waiting takes the short way."""
+        """As every bus, with a faster path for a check without waiting."""
         if timeout != 0.0 or self._filters:
             return super().recv(timeout)
         self._check_if_open()

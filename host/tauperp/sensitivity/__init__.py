@@ -1,1 +1,1 @@
-"""The smallest force that a guard can see, by link, task and direction (`tauperp sensitivity`)."""
+"""The smallest force that a guard detects, by link, task and direction (`tauperp sensitivity`)."""

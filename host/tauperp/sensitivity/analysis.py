@@ -51,7 +51,7 @@ class LinkForces:
 
 @dataclass(frozen=True, eq=False)
 class TaskForces:
-    """One task: its links, and the direction that is hardest to see on each at the first posture, base frame."""
+    """One task: its links, and the direction that is hardest to detect on each at the first posture, base frame."""
 
     task: TaskName
     index: str

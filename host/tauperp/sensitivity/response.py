@@ -19,7 +19,7 @@ from tauperp.sim.dynamics import Dynamics
 FloatArray = npt.NDArray[np.float64]
 
 PULSE_S = 0.05
-TAIL_S = 0.15  # behind the pulse, for slow filters
+TAIL_S = 0.15  # after the pulse, for slow filters
 SETTLE_S = 1.0  # until a constant torque is through every filter
 START_S = 0.3
 SHARE = 0.3  # of a joint's largest torque: far above the wire's steps

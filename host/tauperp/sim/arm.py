@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tauperp.robot import Robot
 from tauperp.sim.model import PAYLOAD, TIP, build_spec
 
-DRIVE_SHARE = 0.97  # of the sensor's range: a drive that saturates must not take its sensor to the end
+DRIVE_SHARE = 0.97  # of the sensor's range: a drive in saturation must not saturate its sensor
 BRAKE_MARGIN = 1.5  # a holding brake carries more than the joint's largest torque
 BRAKE_IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)  # MuJoCo's solimp; its default lets a brake creep at 0.02 rad/s
 
@@ -85,7 +85,7 @@ class Arm:
             one.add_to(spec)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
-        self._scratch = mujoco.MjData(self.model)  # mj_setConst works in a state of its own, not in the running one
+        self._scratch = mujoco.MjData(self.model)  # mj_setConst uses its own state, not the running one
         self.model.dof_solimp[: self.n] = BRAKE_IMPEDANCE
         self._rotor = self.model.dof_armature[: self.n].copy()
         self._torque_max = DRIVE_SHARE * np.array([joint.torque_max for joint in robot.joints])

@@ -21,7 +21,7 @@ Vector = NDArray[np.float64]
 
 IMPEDANCE = 0.1  # MuJoCo's contact impedance: low, so that a contact is a spring and damper and adds little mass
 TISSUE_DAMPING = 0.4  # damping ratio of the part's mass on its tissue
-AIM_RAD_S = 25.0  # bandwidth of the sideways correction by the arm behind the part
+AIM_RAD_S = 25.0  # bandwidth of the sideways correction by the person's arm
 SPEED_RATE_PER_S = 800.0  # gain of its speed control, within its force
 STANDOFF_M = 0.12  # free distance before the strike
 GIVE_UP_S = 2.0  # s; a strike without contact is withdrawn after this time

@@ -48,7 +48,7 @@ def build_spec(robot: Robot, *, timestep_s: float, mass_scale: NDArray[np.float6
         motor.set_to_motor()
     body.add_site(name=TIP, pos=robot.tip)
     payload = body.add_body(name=PAYLOAD, pos=robot.tip)
-    # Off-centre and unequal on purpose: MuJoCo then compiles no shortcut for a body whose frame is its inertia frame,
+    # Off-centre and unequal: otherwise MuJoCo compiles a shortcut for a body whose frame is its inertia frame,
     # and the numbers may change during a run.
     # and the numbers may change while it runs.
     _set_inertia(payload, 1e-3, np.array([1e-3, 1e-3, 1e-3]), np.diag([1e-6, 1.1e-6, 1.2e-6]))

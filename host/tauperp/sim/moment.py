@@ -1,4 +1,4 @@
-"""One cycle as a viewer sees it, simulated or recorded."""
+"""One cycle for viewers, simulated or recorded."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -24,7 +24,7 @@ from tauperp.sim.trajectory import Limits, Planner, Trajectory
 Vector = NDArray[np.float64]
 
 PATH_S = 3.0  # how far back the robot remembers its path
-FOLLOWING_ERROR_RAD = 0.15  # a drive this far behind is no longer in control: brakes
+FOLLOWING_ERROR_RAD = 0.15  # a drive with this position error is no longer in control: brakes
 AT_REST_RAD_S = 0.02
 RETURN_S = 1.5  # s in which impedance control returns the tip to the pose that it holds
 

@@ -18,7 +18,7 @@ from tauperp.sim.dynamics import Dynamics
 
 RATE_RAD_S2 = 150.0  # largest torque over rotor inertia
 LINK_SHARE = (0.05, 3.0)  # of the carried inertia, at least and at most
-SPARE_KG_M2 = 0.15  # upper bound besides: a wrist's drive is heavier than its load
+SPARE_KG_M2 = 0.15  # a second upper bound: a wrist's drive is heavier than its load
 POSTURES = 32
 SEED = 3
 

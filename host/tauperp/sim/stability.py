@@ -1,5 +1,5 @@
-"""Detects a simulation that is no longer physical: divergence or chatter must not look like a fault that the guard
-found.
+"""Detects a simulation that is no longer physical: divergence or chatter must not count as a fault detected by the
+guard.
 
 Everything that a controlled arm does by itself is slow. Its control laws have bandwidths of a few hertz, and even a
 hand's tissue oscillates below 150 Hz. If a joint's acceleration changes sign every few milliseconds, with a size that

@@ -123,7 +123,7 @@ class Planner:
         )
 
     def retreat(self, path: Vector, distance_m: float, limits: Limits) -> Trajectory:
-        """Back along `path` (M, n), its newest sample last and at rest, until the tip has gone `distance_m`."""
+        """Back along `path` (M, n), its newest sample last and at rest, until the tip has moved by `distance_m`."""
         backwards = path[::-1]
         way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(backwards, axis=0), axis=1))])
         keep = np.concatenate([[True], np.diff(way) > 1e-7])

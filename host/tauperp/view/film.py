@@ -1,4 +1,4 @@
-"""A short film of a stop in slow motion, as a camera beside the arm would record it. One animated picture in memory.
+"""A short film of a stop in slow motion, as a camera next to the arm would record it. One animated picture in memory.
 
 `Camera` is a watch that keeps the pose at every tenth call. After the run `film` draws the stop off screen
 (tauperp.view.scene states the requirements).
@@ -84,7 +84,7 @@ class Camera:
         model.vis.global_.offheight = max(model.vis.global_.offheight, height)
         try:
             renderer: Any = mujoco.Renderer(model, height, width)
-        except Exception as error:  # each of its drivers has exceptions of its own
+        except Exception as error:  # each of its drivers has its own exceptions
             raise InputError(f"cannot draw off screen: {' '.join(str(error).split())}") from error
         pictures = []
         nothing = np.zeros(self._n)

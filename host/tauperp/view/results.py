@@ -29,7 +29,7 @@ class Results:
         self._folder = Path(args.out)
         self._camera: Camera | None = None
         if args.report:
-            from tauperp.view import film  # needs the drawing library: not before it is asked for
+            from tauperp.view import film  # imports the drawing library only on request
 
             film.choose_driver()
             self._camera = film.Camera()

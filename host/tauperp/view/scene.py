@@ -18,9 +18,9 @@ from tauperp.sim.moment import Moment
 LINKS = ((0.86, 0.87, 0.88, 1.0), (0.70, 0.73, 0.77, 1.0))  # alternating light greys, so that joints are visible
 TRIPPED = (0.85, 0.10, 0.10, 1.0)
 CONTACT = (1.0, 0.55, 0.0, 1.0)
-HAND = (0.93, 0.72, 0.56, 0.5)  # to be looked through, at the point where it touches
+HAND = (0.93, 0.72, 0.56, 0.5)  # transparent, so that the point of contact is visible
 FLOOR = (0.32, 0.36, 0.40, 1.0)
-FLOOR_HALF_M = 30.0  # beyond the horizon: behind it a scene is black
+FLOOR_HALF_M = 30.0  # beyond the horizon: farther objects are black
 CONTACT_RADIUS_M = (0.012, 0.04)
 FULL_FORCE_N = 200.0  # at which a contact point has its largest radius
 LOOK_AT_M = (0.15, 0.0, 0.35)  # where an arm on a table keeps its middle
@@ -92,7 +92,7 @@ def render(path: str | Path, moment: Moment, *, width: int = 640, height: int = 
     glo.offwidth, glo.offheight = max(glo.offwidth, width), max(glo.offheight, height)
     try:
         renderer = mujoco.Renderer(moment.model, height, width)
-    except Exception as error:  # each of its drivers has exceptions of its own
+    except Exception as error:  # each of its drivers has its own exceptions
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
             f"cannot draw off screen: {reason} (pip install 'tauperp[view]', libosmesa6, MUJOCO_GL=osmesa)"

@@ -23,7 +23,7 @@ ARROW_M = 0.22
 
 
 def sensitivity_figure(robot: Robot, posture: np.ndarray, tasks: list[TaskForces], content: dict[str, Any]) -> bytes:
-    """PNG. The arm stands in `posture` (n,); colours are medians over all postures."""
+    """PNG. The arm is drawn in `posture` (n,); colours are medians over all postures."""
     figure = Figure(figsize=(5.4 * len(tasks) + 0.8, 9.4), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, len(tasks), height_ratios=(1.5, 1.0))
@@ -36,7 +36,7 @@ def sensitivity_figure(robot: Robot, posture: np.ndarray, tasks: list[TaskForces
         _arm(axis, levers, robot, task, norm, colours)
         _regions(figure.add_subplot(grid[1, column]), content["tasks"][column])
     figure.suptitle(
-        f"{robot.name}: median smallest static force that is seen, N; arrows: the way that is hardest to see",
+        f"{robot.name}: median of the smallest detected static force, N; arrows: the hardest direction to detect",
         fontsize=13,
         color=INK,
         x=0.01,

@@ -103,7 +103,7 @@ def _row(collision: Collision) -> tuple[str, ...]:
 
 
 def _found_by(collision: Collision) -> str:
-    """The joint whose index found it, the reason if no joint did, or nothing if it was not found."""
+    """The joint whose index detected it, the reason if no joint did, or nothing if it was not detected."""
     if collision.stop is None:
         return ""
     return f"joint {collision.stop.joint}" if collision.stop.joint else spoken(reason_name(collision.stop))
@@ -150,7 +150,7 @@ def _fault_line(effect: FaultEffect) -> str:
 
 def _loss_line(loss: Loss) -> str:
     again, stop = loss.permitted_again_s, loss.stop
-    back = "did not come back" if again is None else f"came back at {again:.3f} s"
+    back = "did not return" if again is None else f"returned at {again:.3f} s"
     joint = f", joint {stop.joint}" if stop.joint else ""
     why = f"{spoken(reason_name(stop))}{joint}; {_CAUSES[loss.cause]}"
     return f"  permission ended at {stop.time_s:.3f} s ({why}) and {back}"

@@ -196,7 +196,7 @@ def _stop_lines(axes: Sequence[Axes], timeline: Timeline) -> None:
 
 
 def _labels(axis: Axes, marks: Sequence[Mark], time_s: Array, levels: int = LEVELS, level: float = LEVEL) -> None:
-    """Each beside its moment, on the first row in which it covers no other one; on the left side near the end."""
+    """Place each label next to its time, on the first row without an overlap; on the left side near the end."""
     begin, length = float(time_s[0]), max(float(time_s[-1] - time_s[0]), 1e-9)
     taken: list[list[tuple[float, float]]] = [[] for _ in range(levels)]
     for mark in sorted(marks, key=lambda one: one.time_s):

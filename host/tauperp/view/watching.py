@@ -16,7 +16,7 @@ def add_watch_arguments(parser: argparse.ArgumentParser) -> None:
 
 @contextlib.contextmanager
 def watching(args: argparse.Namespace, also: Watch | None = None) -> Iterator[Watch | None]:
-    """What the arguments ask for, and `also`, as one watch; None if there is nothing to do.
+    """The watches that the arguments request, and `also`, as one; None if there is none.
 
     Raises InputError for a missing display or extra, before anything has run.
     """

@@ -30,7 +30,7 @@ def window() -> Iterator[Watch]:
 
 
 def viewer() -> ModuleType:
-    """mujoco.viewer, if a window can be opened at all; asked before, because MuJoCo's own answer ends the process.
+    """mujoco.viewer, if a window can be opened; checked before, because MuJoCo would end the process.
 
     Raises InputError without a display or without the extra `view`.
     """
