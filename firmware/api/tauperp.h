@@ -132,7 +132,7 @@ uint32_t tauperp_init(tauperp_guard_t *self, const void *block, size_t block_siz
 /* Call for each received frame, in order of reception. True if the cycle is complete: call tauperp_tick now. */
 bool tauperp_receive(tauperp_guard_t *self, const tauperp_frame_t *frame, uint64_t now_us);
 
-/* True if a tick must be made because its time has come. Call it whenever no frame is waiting. */
+/* True if a tick is due. Call it whenever no frame is waiting. */
 bool tauperp_is_due(const tauperp_guard_t *self, uint64_t now_us);
 
 /* The time at which tauperp_is_due becomes true, for a program that sleeps. */

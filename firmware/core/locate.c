@@ -57,10 +57,10 @@ static num_t dot(const num_t a[], const num_t b[], uint32_t *held) {
     return num_narrow(sum, held);
 }
 
-/* One link. `change` has its largest entry 1; `size` is what that was, Nm. */
+/* One link. `change` is scaled to a largest entry of 1; `size` is that entry before, Nm. */
 static void look(locate_t *self, const lever_config_t *shape, const motion_t *motion, const num_t change[],
                  num_t size) {
-    uint32_t held = 0; /* a cost at the end of its range is beyond every other: no reason to distrust the guard */
+    uint32_t held = 0; /* a saturated cost is larger than every other: this saturation is not a fault */
     const uint32_t link = lever_link(motion);
     num_t column[COLUMNS][ROBOT_MAX_JOINTS];
     num_t rest[ROBOT_MAX_JOINTS];

@@ -1,11 +1,11 @@
-/* sight: the links that the active index cannot see.
+/* sight: the links on which the active index detects no force.
  *
- * The index does not see what its task explains. How much that is depends on the posture. A link counts as seen if a
- * force of `force_n` in its middle, along at least one axis of the base, would bring the index of some joint to its
- * threshold in a channel without a high-pass. Otherwise a constant force of that size on the link stays unnoticed: the
- * link is blind.
+ * The index does not contain the part that its task explains. This part depends on the posture. A link counts as seen
+ * if a force of `force_n` in its middle, along at least one axis of the base, would bring the index of some joint to
+ * its threshold in a channel without a high-pass. Otherwise a constant force of that size on the link is not detected:
+ * the link is blind.
  *
- * Each tick looks at one axis of one link, with the columns of that tick. So every link has a new answer after three
+ * Each tick evaluates one axis of one link, with the columns of that tick. So every link has a new answer after three
  * ticks per joint. Before its first answer a link counts as blind. For the same time after a task change, the answers
  * are those of the previous task.
  *
@@ -18,7 +18,7 @@
 #include "index.h"
 #include "lever.h"
 
-/* The reaction while the index does not see a link that the active task needs. */
+/* The reaction while the index detects no force on a link that the active task needs. */
 typedef enum {
     SIGHT_REPORT = 0,   /* it is reported */
     SIGHT_SLOW = 1,     /* and the permission is for the reduced speed only */

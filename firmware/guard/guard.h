@@ -89,7 +89,7 @@ typedef struct {
     bool full_speed;       /* the permission is not for the reduced speed only */
     uint8_t blind_links;   /* bit per link, link 1 the lowest: the index in force does not see it (sight.h) */
     uint8_t needed_links;  /* bit per link: the task in force must see it */
-    uint8_t contact_link;  /* link of the last collision, 1 to n; 0: cannot tell, or not yet */
+    uint8_t contact_link;  /* link of the last collision, 1 to n; 0: not known, or not yet */
     uint8_t contact_class; /* contact_class_t of the last collision */
     vec3_t contact_force;  /* on the robot, base frame, N; zero without a link */
     num_t value_nm;        /* the index of `joint` at the trip; for EXPLAINED_* the force in N or the moment in Nm */
@@ -249,7 +249,7 @@ typedef struct {
     num_t threshold_nm;
 } guard_event_t;
 
-/* What one look at the inputs found. */
+/* The result of one evaluation of the inputs. */
 typedef struct {
     wish_t wish;
     guard_event_t event; /* of the wish */

@@ -2,7 +2,7 @@
 
 /* A collision brings an index from half of its threshold to all of it in less than this. */
 #define TOUCH_RISE_US 40000u
-#define CLAMPING_US   750000u /* a contact that rose fast, and stays for so long after the stop */
+#define CLAMPING_US   750000u /* a contact that rose fast, and lasts this long after the stop */
 
 void contact_init(guard_contact_t *self) {
     *self = (guard_contact_t){.kind = (uint8_t)CONTACT_CLASS_UNKNOWN};
@@ -25,7 +25,7 @@ void contact_note_trip(guard_t *self, const guard_event_t *event) {
         contact->held = 0;
         contact->touching = true;
         locate_begin(&contact->locate, self->joints);
-        self->sight.axis = 0; /* the search takes over which link the motion pass keeps */
+        self->sight.axis = 0; /* from now on the search selects the link that the motion pass keeps */
         self->sight.seen = false;
     }
 }

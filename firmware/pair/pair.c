@@ -39,7 +39,7 @@ static void tick_both(pair_t *self, uint64_t now_us, guard_output_t *out) {
     const bool permits = tauperp_second_decide(&self->second, now_us, &other_finding, &other, &opinion);
     guard_say(&self->guard, out);
     tauperp_second_confirm(&self->second, &out->frame[0]);
-    out->permitted = out->permitted && !out->withheld && permits; /* for a pin beside the frame */
+    out->permitted = out->permitted && !out->withheld && permits; /* for a pin in addition to the frame */
     out->withheld = out->withheld || !permits;
 }
 

@@ -1,16 +1,16 @@
 /* pair: the guard in two channels, or in one, for every board and host.
  *
  * First channel: this build's numeric type (float32), Golub and Kahan's singular values. Second channel: Q9.22, Jacobi
- * rotations (second.h). Both take the same frames and the same time. In each tick
- *   1. both look at their inputs and run their stages;
+ * rotations (second.h). Both receive the same frames and the same time. In each tick
+ *   1. both evaluate their inputs and run their stages;
  *   2. they exchange their opinions (opinion.h), and each compares the other's with its own;
  *   3. both decide: a wish to stop of either stops both, a disagreement is FAULT;
  *   4. the first one writes the frames, and `Permission` in StopCommand; the second one writes the inverted copy and
  *      seals the frame. Neither alone can make a frame that permits.
- * What stops in only one channel therefore stops the robot in the same tick, and latches in both with one trip number.
+ * A stop in only one channel therefore stops the robot in the same tick, and latches in both with one trip number.
  *
  * Without a second block there is one channel: every function is the one of guard.h with the same name, and
- * GuardStatus.Channels says so. An image that is built with TAUPERP_CHANNELS=1 has no second channel at all.
+ * GuardStatus.Channels reports it. An image that is built with TAUPERP_CHANNELS=1 has no second channel at all.
  */
 #ifndef TAUPERP_PAIR_H
 #define TAUPERP_PAIR_H

@@ -1,7 +1,7 @@
-/* second: the second channel, as the first one sees it. No type here depends on the numeric type.
+/* second: the interface of the second channel for the first one. No type here depends on the numeric type.
  *
- * second.c and all portable rooms are compiled once more for it: with TAUPERP_FIXED=1 (Q9.22), TAUPERP_SECOND=1 (Jacobi
- * rotations, projection.h) and the prefix of names.h on every symbol. The two channels share no mutable state.
+ * second.c and all portable folders are compiled once more for it: with TAUPERP_FIXED=1 (Q9.22), TAUPERP_SECOND=1
+ * (Jacobi rotations, projection.h) and the prefix of names.h on every symbol. The two channels share no mutable state.
  */
 #ifndef TAUPERP_SECOND_H
 #define TAUPERP_SECOND_H
@@ -21,7 +21,7 @@ typedef struct {
     uint64_t storage[SECOND_WORDS];
 } tauperp_second_t;
 
-/* What a look found, for the decision of the same tick. */
+/* The result of an evaluation, for the decision of the same tick. */
 typedef struct {
     uint64_t storage[8];
 } tauperp_second_finding_t;

@@ -54,7 +54,7 @@ bool schedule_owes_tick(schedule_t *self);
  * once per cycle, also in FAULT and SELF_TEST, where no tick takes the snapshot and it stays complete. */
 bool schedule_complete(schedule_t *self, bool complete);
 
-/* True if a tick must be made because its time has come. In lockstep it advances due_us. */
+/* True if a tick is due. In lockstep it advances due_us. */
 bool schedule_is_due(schedule_t *self, uint64_t now_us);
 
 /* Guard time of a frame or a tick at `now_us`. */

@@ -173,7 +173,7 @@ typedef struct {
     uint32_t joint;         /* from 1; 0 none */
     uint32_t link;          /* the touched link, from 1; 0 none */
     uint32_t stops;         /* before the onset, because of a computed value */
-    uint32_t contact_link;  /* that the guard names, from 1; 0: cannot tell */
+    uint32_t contact_link;  /* that the guard names, from 1; 0: not known */
     uint32_t contact_class; /* contact_class_t, as the guard says at the end */
     uint32_t input_stops;   /* before the onset, because of an input: missing, frozen, implausible */
 } kernel_result_t;

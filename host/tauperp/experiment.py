@@ -150,7 +150,7 @@ def _run_scenario(
         if setup.guard == "library":
             guard = Guard(configuration.block(), second=configuration.second_block(setup.channels))
             peer = GuardNode(stack.enter_context(connect()), guard, 0.0 if at_once else CARRYING_S)
-        frames = _Ear(stack.enter_context(connect()), listener) if guard or listener else None
+        frames = _Receiver(stack.enter_context(connect()), listener) if guard or listener else None
         lockstep = Lockstep(scenario, robot_bus, peer, pace)
         trace = lockstep.run(progress, frames.listen if frames else None, watch)
     judgement = judge(scenario, trace, guard or lockstep.telling)
@@ -160,8 +160,8 @@ def _run_scenario(
     return Outcome(scenario, trace, replace(judgement, frames=counted, real_time=pace.kept))
 
 
-class _Ear:
-    """Hears every frame of the bus."""
+class _Receiver:
+    """Receives every frame of the bus."""
 
     def __init__(self, bus: can.BusABC, listener: Callable[[can.Message], None] | None) -> None:
         self.digest = hashlib.sha256()

@@ -30,7 +30,7 @@ class Image:
     wire_crc: str  # Wire.hash
     numeric: str
     board: str
-    variant: str  # variant of the image: product, lockstep, emulator; "not said" before format 2
+    variant: str  # variant of the image: product, lockstep, emulator; "not stated" before format 2
     image: str  # the linker's build id of this image; empty without one
 
 
@@ -58,14 +58,14 @@ def read_image(path: str | Path) -> Image:
         wire_crc=f"{wire:08x}",
         numeric=names.get(numeric, f"unknown ({numeric})"),
         board=board.rstrip(b"\0").decode("ascii", "replace"),
-        variant=_variant(record) if form >= _VARIANT_FORMAT else "not said",
+        variant=_variant(record) if form >= _VARIANT_FORMAT else "not stated",
         image=sections.get(_BUILD_ID_SECTION, b"")[_NOTE_HEADER:].hex(),
     )
 
 
 def _variant(record: bytes) -> str:
     if len(record) < _RECORD.size + _VARIANT.size:
-        return "not said"
+        return "not stated"
     (number,) = _VARIANT.unpack_from(record, _RECORD.size)
     return _VARIANTS[number] if number < len(_VARIANTS) else f"unknown ({number})"
 

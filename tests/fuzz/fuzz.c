@@ -14,7 +14,7 @@ void fuzz_count_at_exit(void) {
     }
 }
 
-/* Unity, which guard_fixture.h includes, asks for these. */
+/* Unity, which guard_fixture.h includes, needs these. */
 void setUp(void);
 void tearDown(void);
 

@@ -1,8 +1,8 @@
 /* fuzz_guard: streams of frames, time and board reports against the guard. Every frame and every tick is judged
  * (judge.h).
  *
- * An input is a small program: its first byte picks how the guard is driven (directly, by the schedule in real time, or
- * in lockstep) and from which state it starts; then each byte is an operation with its arguments.
+ * An input is a small program: its first byte selects how the guard is driven (directly, by the schedule in real time,
+ * or in lockstep) and from which state it starts; then each byte is an operation with its arguments.
  */
 #include "fuzz.h"
 #include "guard_fixture.h"
@@ -119,7 +119,7 @@ static void prepare(drive_t drive) {
     world.cycles = 0;
     prepared[drive][FROM_WAITING] = world;
     request_reset(0u);
-    REQUIRE(world.bench.out.permitted); /* or nothing below would prove anything */
+    REQUIRE(world.bench.out.permitted); /* a precondition of all checks below */
     prepared[drive][FROM_MONITORING] = world;
     world.bench.torque[1] = (int16_t)(world.bench.torque[1] + 1500); /* 15 Nm */
     run(100u);

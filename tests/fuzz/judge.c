@@ -61,7 +61,7 @@ static void note_reception(judge_t *judge, const can_frame_t *frame, const proto
         judge->reset_ever = true;
         judge->reset_named[frame->data[2]] = true;
     } else {
-        /* a joint: the tick that evaluates it says so */
+        /* a joint: recorded by the tick that evaluates it */
     }
 }
 

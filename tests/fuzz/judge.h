@@ -1,7 +1,7 @@
-/* judge: what every reception and every tick of a guard must keep to.
+/* judge: the rules for every reception and every tick of a guard.
  *
- * It uses nothing of the firmware but the configuration and the tables of the wire: its CRC is its own, and it notes
- * for itself when which frame arrived. A breach ends the process.
+ * It uses only the configuration and the wire's tables of the firmware: it has its own CRC, and it records the arrival
+ * of each frame itself. A violation ends the process.
  */
 #ifndef FUZZ_JUDGE_H
 #define FUZZ_JUDGE_H
@@ -12,7 +12,7 @@
 typedef struct {
     uint64_t sync_us, task_us, fresh_us; /* of the last Sync and TaskCommand with a right CRC, of the last evaluation */
     bool sync, task, fresh;
-    bool reset_ever;       /* a GuardReset with Request 1 and a right CRC has come */
+    bool reset_ever;       /* a GuardReset with Request 1 and a right CRC was received */
     bool reset_named[256]; /* the same since the last tick, by trip number */
     guard_state_t state;   /* of the last tick */
     uint8_t trip_number;

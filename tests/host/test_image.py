@@ -61,7 +61,7 @@ def test_an_image_states_its_purpose(
 
 
 def test_an_image_of_the_first_format_states_no_purpose(tmp_path: Path) -> None:
-    assert read_image(write(tmp_path / "first.elf", elf(GOOD))).variant == "not said"
+    assert read_image(write(tmp_path / "first.elf", elf(GOOD))).variant == "not stated"
 
 
 def test_fields_appended_by_a_later_format_are_ignored(tmp_path: Path) -> None:

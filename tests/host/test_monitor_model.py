@@ -185,7 +185,7 @@ def test_the_bus_load_is_the_worst_case_of_the_frames_sent(fd: bool, period_s: f
 def test_lost_repeated_foreign_and_malformed_frames_are_counted_separately() -> None:
     listening = Listening().hear(MOVING)
     frames = list(listening.feed.frames(MOVING))
-    frames = list(listening.feed.frames(MOVING))  # the cycle before was lost
+    frames = list(listening.feed.frames(MOVING))  # the previous cycle was lost
     listening.one(frames[0]).one(frames[0])
     listening.one(can.Message(arbitration_id=0x7FF, is_extended_id=False, data=b"\1"))
     listening.one(can.Message(arbitration_id=0x101, is_extended_id=False, data=b"\1"))

@@ -162,7 +162,7 @@ def test_a_log_that_begins_after_a_trip_has_its_resets_renumbered(logs: Path, tm
 
 
 def test_a_guard_that_waited_before_the_log_begins_needs_no_mask(logs: Path, tmp_path: Path) -> None:
-    """Its counters and pages are those of a guard after so many ticks without a robot."""
+    """Its counters and pages are those of a guard after the same number of ticks without a robot."""
     configuration = replayed(logs / "fd.log", logs).comparison.configuration
     inputs = [f for f in frames_of(logs / "fd.log")[:8000] if f.arbitration_id not in (STOP, STATUS, INDEX)]
     guard, frames = Guard(configuration.block()), []

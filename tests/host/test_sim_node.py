@@ -60,7 +60,7 @@ class Cell:
         return self.sender.frame("StopCommand", {**signals, "Cycle": (self.cycle - late) & 0xF})
 
     def repeated(self, signals: dict[str, float]) -> can.Message:
-        """Another guard's: with the counter of the frame before."""
+        """Another guard's: with the counter of the previous frame."""
         frame = self.answer(signals)
         counter = (frame.data[1] & 0xF) - 1 & 0xF
         self.wire.message("StopCommand").seal(frame.data, counter)

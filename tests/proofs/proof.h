@@ -1,4 +1,4 @@
-/* proof: the macros of the harnesses that CBMC checks. A variable without a value stands for every value. */
+/* proof: the macros of the harnesses that CBMC checks. A variable without a value has any value. */
 #ifndef TAUPERP_PROOF_H
 #define TAUPERP_PROOF_H
 

@@ -77,7 +77,7 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
     const uint32_t gap = random_bits() % (OBSERVER_MAX_GAP + 2u);
     task->index =
         (index_config_t){.kind = (uint32_t)kind, .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
-    const bool searches = (random_bits() % 2u) == 0u; /* which takes the place of the look at the links */
+    const bool searches = (random_bits() % 2u) == 0u; /* which replaces the evaluation of the links */
     const sight_config_t look = {.force_n = NUM(500)};
     const lever_config_t shape = {.middle = {{NUM(0.1), NUM(0.1), NUM(0.1)}}, .half_m = {NUM(0.1)}};
     locate_begin(&locate, robot->joint_count);

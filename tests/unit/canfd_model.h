@@ -1,4 +1,4 @@
-/* canfd_model: the Versal's CAN FD controller as its registers show it (PG223), and a bus. An access that the manual
+/* canfd_model: the Versal's CAN FD controller by its registers (PG223), and a bus. An access that the manual
  * forbids fails the test: timing written while the controller is on the bus, a filter written while it is in use, a
  * buffer read without a frame or filled while its request is pending. */
 #ifndef CANFD_MODEL_H
@@ -108,7 +108,7 @@ void canfd_write(uint32_t offset, uint32_t value) {
         break;
     case CAN_MSR:
         if ((value & (uint32_t)CAN_MSR_SBR) != 0u) {
-            model.bus_off = false; /* after 128 times 11 recessive bits, which take no time here */
+            model.bus_off = false; /* after 128 times 11 recessive bits, in zero time here */
         }
         break;
     case CAN_BRPR:

@@ -28,7 +28,7 @@ static inline double value_of(num_t x) {
 }
 #endif
 
-/* How many random numbers a test draws. An emulated processor with software floating point is a thousand times slower
+/* The number of random numbers of a test. An emulated processor with software floating point is a thousand times slower
  * than the host. Its images use SPARSER: they test the processor, not the density. */
 #ifndef SPARSER
 #define SPARSER 1

@@ -1,4 +1,4 @@
-/* fdcan_model: the STM32G4's FDCAN1 as its registers show it (RM0440 rev 8, chapter 44), and a bus. An access that the
+/* fdcan_model: the STM32G4's FDCAN1 by its registers (RM0440 rev 8, chapter 44), and a bus. An access that the
  * manual forbids fails the test: a protected register written outside configuration, a read or acknowledgement of an
  * element without a frame, a buffer filled while its request is pending. */
 #ifndef FDCAN_MODEL_H
@@ -139,7 +139,7 @@ static void write_control(uint32_t value) {
     model.control = value;
     if ((value & CCCR_INIT) == 0u) {
         model.control &= ~(uint32_t)CCCR_CCE;
-        model.bus_off = false; /* after 128 times 11 recessive bits, which take no time here */
+        model.bus_off = false; /* after 128 times 11 recessive bits, in zero time here */
     }
 }
 

@@ -1,4 +1,4 @@
-/* subspace_fixture: matrices of known singular values, and the projector that a step makes of them. */
+/* subspace_fixture: matrices of known singular values, and the projector of a step. */
 #ifndef SUBSPACE_FIXTURE_H
 #define SUBSPACE_FIXTURE_H
 
@@ -92,7 +92,7 @@ static inline void assert_identity(uint32_t n) {
     }
 }
 
-/* All singular values, measured beside the step. The step's own smallest must agree with them. */
+/* All singular values, measured in addition to the step. The step's own smallest must agree with them. */
 static inline void measure(uint32_t n, uint32_t k, double tolerance) {
     subspace_t apart;
     subspace_init(&apart);

@@ -1,4 +1,4 @@
-/* When the commanded acceleration may be explained: firmware/core/acceleration.h. */
+/* The conditions under which the commanded acceleration is explained: firmware/core/acceleration.h. */
 #include "acceleration.h"
 
 #include "core_fixture.h"
@@ -55,12 +55,12 @@ static void assert_not_used(double size) {
     ASSERT_CLOSE(size, value_of(self.size), EXACT);
 }
 
-static void test_it_starts_with_nothing(void) {
+static void test_it_starts_at_zero(void) {
     const acceleration_t nothing = {0};
     TEST_ASSERT_EQUAL_MEMORY(&nothing, &self, sizeof nothing);
 }
 
-static void test_the_velocity_of_the_tip_is_of_every_joint_and_of_no_other(void) {
+static void test_the_velocity_of_the_tip_sums_the_joints_of_the_arm(void) {
     velocity[0] = NUM(1);
     velocity[1] = NUM(2);
     velocity[2] = NUM(3);
@@ -81,7 +81,7 @@ static void test_both_accelerations_pass_the_filter_of_the_gap(void) {
     assert_vector(0.1875, 0.375, 0.5625, self.commanded);
 }
 
-static void test_a_gap_that_nothing_bridges_starts_the_filters_again(void) {
+static void test_a_gap_too_long_to_bridge_restarts_the_filters(void) {
     const uint32_t gaps[] = {0u, OBSERVER_MAX_GAP + 1u};
     for (uint32_t k = 0; k < 2u; ++k) {
         observer.gap = 1u;
@@ -98,7 +98,7 @@ static void test_a_gap_that_nothing_bridges_starts_the_filters_again(void) {
 static void test_a_command_that_agrees_and_matters_is_used(void) {
     velocity[0] = NUM(3);
     step(3.0, 0.0, 1.0);
-    ASSERT_CLOSE(1.0, value_of(self.trust), EXACT); /* no more, however good it is */
+    ASSERT_CLOSE(1.0, value_of(self.trust), EXACT); /* the largest trust */
     ASSERT_CLOSE(3.0, value_of(self.across), EXACT);
     ASSERT_CLOSE(3.16227766, value_of(self.size), 1e-5);
     assert_vector(1.0, 0.0, 0.0, self.sideways);
@@ -113,7 +113,7 @@ static void test_trust_rises_to_twice_the_floor_and_falls_over_the_last_quarter_
     ASSERT_CLOSE(0.5, value_of(self.trust), EXACT);
 }
 
-static void test_at_the_floor_it_is_in_use_and_below_it_is_not(void) {
+static void test_at_the_floor_it_is_used_and_below_it_is_not(void) {
     step(1.0, 0.0, 0.0);
     ASSERT_CLOSE(1.0, value_of(self.across), EXACT);
     step(0.99, 0.0, 0.0);
@@ -132,13 +132,13 @@ static void test_a_command_that_the_arm_does_not_follow_is_not_used(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_it_starts_with_nothing);
-    RUN_TEST(test_the_velocity_of_the_tip_is_of_every_joint_and_of_no_other);
+    RUN_TEST(test_it_starts_at_zero);
+    RUN_TEST(test_the_velocity_of_the_tip_sums_the_joints_of_the_arm);
     RUN_TEST(test_both_accelerations_pass_the_filter_of_the_gap);
-    RUN_TEST(test_a_gap_that_nothing_bridges_starts_the_filters_again);
+    RUN_TEST(test_a_gap_too_long_to_bridge_restarts_the_filters);
     RUN_TEST(test_a_command_that_agrees_and_matters_is_used);
     RUN_TEST(test_trust_rises_to_twice_the_floor_and_falls_over_the_last_quarter_of_the_error);
-    RUN_TEST(test_at_the_floor_it_is_in_use_and_below_it_is_not);
+    RUN_TEST(test_at_the_floor_it_is_used_and_below_it_is_not);
     RUN_TEST(test_a_command_that_the_arm_does_not_follow_is_not_used);
     return UNITY_END();
 }

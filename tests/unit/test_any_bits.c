@@ -37,7 +37,7 @@ static void assert_within_bounds(const subspace_t *subspace) {
     TEST_ASSERT_TRUE(subspace->converged || (subspace->rank == 0u));
 }
 
-static void test_a_projection_ends_and_says_whether_it_is_one(void) {
+static void test_a_projection_terminates_and_reports_whether_it_is_valid(void) {
     static num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS];
     static subspace_t subspace;
     random_start(91);
@@ -60,7 +60,7 @@ static void test_a_projection_ends_and_says_whether_it_is_one(void) {
             TEST_ASSERT_FALSE(subspace.converged);
             TEST_ASSERT_EQUAL_MEMORY(tau, rejected, sizeof(tau)); /* nothing is explained */
         }
-        if (small) { /* only under this precondition is there a result */
+        if (small) { /* a result exists only under this precondition */
             TEST_ASSERT_TRUE(subspace.converged);
             TEST_ASSERT_TRUE(num_finite(subspace.smallest));
             TEST_ASSERT_TRUE(all_finite(rejected, n) || !all_below(tau, n, NUM(500)));
@@ -78,7 +78,7 @@ static void test_a_projection_ends_and_says_whether_it_is_one(void) {
 }
 
 /* Motion, observer, index and detector with the same arbitrary bits, in consecutive ticks, as the guard runs them. */
-static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
+static void test_a_tick_on_any_bits_terminates_and_is_reported(void) {
     static motion_t motion;
     static observer_t observer;
     static acceleration_t measured;
@@ -161,7 +161,7 @@ static void test_a_tick_on_any_bits_ends_and_leaves_a_mark(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_projection_ends_and_says_whether_it_is_one);
-    RUN_TEST(test_a_tick_on_any_bits_ends_and_leaves_a_mark);
+    RUN_TEST(test_a_projection_terminates_and_reports_whether_it_is_valid);
+    RUN_TEST(test_a_tick_on_any_bits_terminates_and_is_reported);
     return UNITY_END();
 }

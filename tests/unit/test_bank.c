@@ -61,7 +61,7 @@ static double step_response(double corner, double damping, double t) {
     return 1.0 - exp(-damping * corner * t) * (cos(corner * root * t) + damping / root * sin(corner * root * t));
 }
 
-static void test_a_second_order_channel_is_the_closed_form(void) {
+static void test_a_second_order_channel_agrees_with_the_closed_form(void) {
     const double corners[] = {30.0, 60.0, 120.0};
     for (uint32_t c = 0; c < 3u; ++c) {
         setUp();
@@ -76,7 +76,7 @@ static void test_a_second_order_channel_is_the_closed_form(void) {
     }
 }
 
-static void test_any_pattern_of_gaps_ends_where_single_cycles_do(void) {
+static void test_any_pattern_of_gaps_gives_the_result_of_single_cycles(void) {
     random_start(71);
     second_order(0u, 60.0, 0.7, 0.0);
     uint32_t cycles = 0;
@@ -88,7 +88,7 @@ static void test_any_pattern_of_gaps_ends_where_single_cycles_do(void) {
     }
 }
 
-static void test_a_high_pass_forgets_what_stays_and_passes_what_comes(void) {
+static void test_a_high_pass_removes_constants_and_passes_changes(void) {
     second_order(0u, 120.0, 0.7, 3.0);
     double peak = 0.0;
     for (uint32_t k = 0; k < 2000u; ++k) {
@@ -113,7 +113,7 @@ static void test_after_a_restart_every_channel_is_at_zero(void) {
     }
 }
 
-static void test_channels_do_not_mix(void) {
+static void test_channels_are_independent(void) {
     config.channels = 3u;
     second_order(0u, 30.0, 0.7, 0.0);
     second_order(1u, 60.0, 0.7, 1.0);
@@ -126,7 +126,7 @@ static void test_channels_do_not_mix(void) {
     TEST_ASSERT_TRUE(bank.channel[3].output[0] == NUM(0));
 }
 
-static void test_a_channel_of_sudden_filters_that_and_nothing_else(void) {
+static void test_a_channel_of_sudden_filters_only_the_sudden_part(void) {
     second_order(0u, 60.0, 0.7, 1.0);
     second_order(1u, 60.0, 0.7, 1.0);
     config.channels = 2u;
@@ -140,7 +140,7 @@ static void test_a_channel_of_sudden_filters_that_and_nothing_else(void) {
     }
 }
 
-static void test_channels_and_joints_that_are_not_there_stay_zero(void) {
+static void test_unused_channels_and_joints_stay_zero(void) {
     second_order(0u, 60.0, 0.7, 0.0);
     second_order(1u, 60.0, 0.7, 0.0);
     const num_t input[ROBOT_MAX_JOINTS] = {NUM(1), NUM(1), NUM(1), NUM(1), NUM(1), NUM(1), NUM(1), NUM(1)};
@@ -153,12 +153,12 @@ static void test_channels_and_joints_that_are_not_there_stay_zero(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_second_order_channel_is_the_closed_form);
-    RUN_TEST(test_a_channel_of_sudden_filters_that_and_nothing_else);
-    RUN_TEST(test_any_pattern_of_gaps_ends_where_single_cycles_do);
-    RUN_TEST(test_a_high_pass_forgets_what_stays_and_passes_what_comes);
+    RUN_TEST(test_a_second_order_channel_agrees_with_the_closed_form);
+    RUN_TEST(test_a_channel_of_sudden_filters_only_the_sudden_part);
+    RUN_TEST(test_any_pattern_of_gaps_gives_the_result_of_single_cycles);
+    RUN_TEST(test_a_high_pass_removes_constants_and_passes_changes);
     RUN_TEST(test_after_a_restart_every_channel_is_at_zero);
-    RUN_TEST(test_channels_do_not_mix);
-    RUN_TEST(test_channels_and_joints_that_are_not_there_stay_zero);
+    RUN_TEST(test_channels_are_independent);
+    RUN_TEST(test_unused_channels_and_joints_stay_zero);
     return UNITY_END();
 }

@@ -62,7 +62,7 @@ static void test_two_rows_have_the_singular_values_of_the_closed_form(void) {
     ASSERT_CLOSE(sqrt(7.0 - sqrt(13.0)), fmin(first, second), 2e-6);
 }
 
-static void test_directions_turned_back_are_as_long_as_their_singular_values_and_square_to_each_other(void) {
+static void test_the_rows_of_the_directions_are_orthogonal_with_the_singular_values_as_lengths(void) {
     uint32_t unfinished = 0; /* small rows between large ones, in steps of 2^-22 */
     random_start(101);
     for (int round = 0; round < DRAWS(20000); ++round) {
@@ -103,7 +103,7 @@ static void test_directions_turned_back_are_as_long_as_their_singular_values_and
 }
 
 /* Nearly diagonal, and far from the tolerance: nothing changes. */
-static void test_rows_whose_inverse_is_short_stay_as_they_are(void) {
+static void test_rows_with_a_small_inverse_stay_unchanged(void) {
     b = (bidiagonal_t){.diagonal = {NUM(2), NUM(-1), NUM(0.5)}, .above = {NUM(0.2), NUM(0.1)}, .rows = 3};
     diagonalise(0.2, false);
     TEST_ASSERT_TRUE(path.done);
@@ -119,7 +119,7 @@ static void test_rows_whose_inverse_is_short_stay_as_they_are(void) {
     TEST_ASSERT_TRUE(path.sweeps > 0u);
 }
 
-static void test_what_is_left_has_no_singular_value_below_the_tolerance(void) {
+static void test_the_remaining_rows_have_no_singular_value_below_the_tolerance(void) {
     random_start(102);
     for (int round = 0; round < DRAWS(20000); ++round) {
         const double tolerance = pow(10.0, random_in(-3.0, 1.0));
@@ -138,7 +138,7 @@ static void test_what_is_left_has_no_singular_value_below_the_tolerance(void) {
     }
 }
 
-static void test_a_row_that_goes_one_column_beyond_is_turned_into_the_diagonal(void) {
+static void test_a_row_with_one_more_column_is_rotated_into_the_diagonal(void) {
     random_start(103);
     for (int round = 0; round < DRAWS(20000); ++round) {
         random_bidiagonal(1u + (uint32_t)round % ROWS, round);
@@ -150,7 +150,7 @@ static void test_a_row_that_goes_one_column_beyond_is_turned_into_the_diagonal(v
     }
 }
 
-static void test_zeros_on_the_diagonal_come_out_as_zeros(void) {
+static void test_zeros_on_the_diagonal_give_zero_singular_values(void) {
     random_start(104);
     for (int round = 0; round < DRAWS(5000); ++round) {
         const uint32_t zeros = 1u + (uint32_t)round % 3u;
@@ -169,7 +169,7 @@ static void test_zeros_on_the_diagonal_come_out_as_zeros(void) {
     }
 }
 
-static void test_no_rows_are_done_at_once(void) {
+static void test_a_matrix_without_rows_needs_no_sweep(void) {
     diagonalise(0.005, false);
     TEST_ASSERT_TRUE(path.done);
     TEST_ASSERT_EQUAL(0, path.open_rows);
@@ -179,11 +179,11 @@ static void test_no_rows_are_done_at_once(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_two_rows_have_the_singular_values_of_the_closed_form);
-    RUN_TEST(test_directions_turned_back_are_as_long_as_their_singular_values_and_square_to_each_other);
-    RUN_TEST(test_rows_whose_inverse_is_short_stay_as_they_are);
-    RUN_TEST(test_what_is_left_has_no_singular_value_below_the_tolerance);
-    RUN_TEST(test_a_row_that_goes_one_column_beyond_is_turned_into_the_diagonal);
-    RUN_TEST(test_zeros_on_the_diagonal_come_out_as_zeros);
-    RUN_TEST(test_no_rows_are_done_at_once);
+    RUN_TEST(test_the_rows_of_the_directions_are_orthogonal_with_the_singular_values_as_lengths);
+    RUN_TEST(test_rows_with_a_small_inverse_stay_unchanged);
+    RUN_TEST(test_the_remaining_rows_have_no_singular_value_below_the_tolerance);
+    RUN_TEST(test_a_row_with_one_more_column_is_rotated_into_the_diagonal);
+    RUN_TEST(test_zeros_on_the_diagonal_give_zero_singular_values);
+    RUN_TEST(test_a_matrix_without_rows_needs_no_sweep);
     return UNITY_END();
 }

@@ -25,7 +25,7 @@ static struct {
     uint32_t answer_us; /* duration of sending */
     bool flood;         /* another frame is always waiting */
     bench_t robot;
-    uint64_t cycle_us; /* when the robot's cycle began */
+    uint64_t cycle_us; /* begin of the robot's cycle */
     uint32_t sent;     /* frames of it that were received */
     uint32_t answers, permitted, toggles, withdrawals, served, inits;
     uint32_t watchdog_us;
@@ -96,7 +96,7 @@ bool can_answer(const can_frame_t frames[], uint32_t count) {
     TEST_ASSERT_EQUAL_HEX32(TAUPERP_STOP_COMMAND_FRAME_ID, frames[0].id);
     ++board.answers;
     board.permitted += out.permitted ? 1u : 0u;
-    TEST_ASSERT_EQUAL(board.permitted, board.toggles); /* one edge per permission, and no other */
+    TEST_ASSERT_EQUAL(board.permitted, board.toggles); /* exactly one edge per permission */
     TEST_ASSERT_EQUAL(board.answers - board.permitted, board.withdrawals);
     board.answered_us = board.now_us;
     return true;
@@ -172,13 +172,13 @@ static void test_a_healthy_robot_is_permitted_and_every_permission_is_an_edge(vo
     TEST_ASSERT_EQUAL(1, board.inits);
 }
 
-static void test_the_tick_comes_as_soon_as_the_cycle_is_complete(void) {
+static void test_the_tick_follows_at_once_when_the_cycle_is_complete(void) {
     run(100u);
     const uint64_t after_us = board.answered_us - board.cycle_us;
     TEST_ASSERT_TRUE(after_us <= (FRAMES + 1u) * POLL_US);
 }
 
-static void test_silence_ends_the_permission_and_not_the_ticks(void) {
+static void test_silence_ends_the_permission_but_not_the_ticks(void) {
     board.silent_from_us = board.now_us + START * PERIOD_US;
     run(START + 100u);
     TEST_ASSERT_EQUAL(GUARD_REASON_SYNC_TIMEOUT, out.reason);
@@ -189,7 +189,7 @@ static void test_silence_ends_the_permission_and_not_the_ticks(void) {
 }
 
 /* At any place where the loop hangs: no edge, no service, and the watchdog expires. */
-static void test_a_hung_loop_is_not_served(void) {
+static void test_a_hung_loop_does_not_serve_the_watchdog(void) {
     for (hang_t place = HANG_RECEIVING; place <= HANG_LOOKING_FOR_FAULTS; ++place) {
         setUp();
         board.hang = place;
@@ -201,7 +201,7 @@ static void test_a_hung_loop_is_not_served(void) {
     }
 }
 
-static void test_a_flood_of_frames_does_not_keep_the_tick_from_its_time(void) {
+static void test_a_flood_of_frames_does_not_delay_the_tick(void) {
     board.flood = true;
     board.silent_from_us = board.now_us + START * PERIOD_US;
     run(START + 100u);
@@ -219,7 +219,7 @@ static void test_a_tick_that_takes_too_long_by_the_boards_clock_is_a_fault(void)
     TEST_ASSERT_EQUAL(0, board.permitted);
     TEST_ASSERT_EQUAL(GUARD_REASON_TICK_OVER_BUDGET, out.reason);
     TEST_ASSERT_EQUAL(GUARD_STATE_FAULT, out.state);
-    TEST_ASSERT_UINT32_WITHIN(4u, 100u, board.answers); /* one per cycle, although no tick takes the snapshot */
+    TEST_ASSERT_UINT32_WITHIN(4u, 100u, board.answers); /* one per cycle, although no tick evaluates the snapshot */
 }
 
 /* Before the first tick, where it must not be forgotten, and during a permission. */
@@ -251,7 +251,7 @@ static void test_a_fault_of_the_bus_ends_a_permission(void) {
 }
 
 /* Its period would be the longest possible, and its format one that no bus has. */
-static void test_nothing_of_a_refused_configuration_is_used(void) {
+static void test_no_value_of_a_refused_configuration_is_used(void) {
     storage.period_us = UINT32_MAX;
     storage.tick_deadline_us = UINT32_MAX;
     storage.format = 77u;
@@ -270,7 +270,7 @@ static void start_after(guard_start_t cause) {
     run(START);
 }
 
-static void test_unexpected_restarts_are_counted_until_they_are_too_many(void) {
+static void test_unexpected_restarts_are_counted_up_to_the_limit(void) {
     static const guard_start_t unexpected[] = {GUARD_START_WATCHDOG, GUARD_START_EXCEPTION, GUARD_START_UNKNOWN};
     start_after(GUARD_START_POWER_ON);
     TEST_ASSERT_TRUE(out.permitted);
@@ -292,7 +292,7 @@ static void test_unexpected_restarts_are_counted_until_they_are_too_many(void) {
     TEST_ASSERT_TRUE(out.permitted);
 }
 
-static void test_a_record_of_restarts_that_does_not_hold_leaves_one_more(void) {
+static void test_an_invalid_record_of_restarts_leaves_one_more_restart(void) {
     memset(&record, 0xA5, sizeof(record));
     TEST_ASSERT_FALSE(restarts_recorded());
     TEST_ASSERT_EQUAL(GUARD_MAX_RESTARTS, restarts_note(GUARD_START_WATCHDOG));
@@ -305,14 +305,14 @@ static void test_a_record_of_restarts_that_does_not_hold_leaves_one_more(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_healthy_robot_is_permitted_and_every_permission_is_an_edge);
-    RUN_TEST(test_the_tick_comes_as_soon_as_the_cycle_is_complete);
-    RUN_TEST(test_silence_ends_the_permission_and_not_the_ticks);
-    RUN_TEST(test_a_hung_loop_is_not_served);
-    RUN_TEST(test_a_flood_of_frames_does_not_keep_the_tick_from_its_time);
+    RUN_TEST(test_the_tick_follows_at_once_when_the_cycle_is_complete);
+    RUN_TEST(test_silence_ends_the_permission_but_not_the_ticks);
+    RUN_TEST(test_a_hung_loop_does_not_serve_the_watchdog);
+    RUN_TEST(test_a_flood_of_frames_does_not_delay_the_tick);
     RUN_TEST(test_a_tick_that_takes_too_long_by_the_boards_clock_is_a_fault);
     RUN_TEST(test_a_fault_of_the_bus_ends_a_permission);
-    RUN_TEST(test_nothing_of_a_refused_configuration_is_used);
-    RUN_TEST(test_unexpected_restarts_are_counted_until_they_are_too_many);
-    RUN_TEST(test_a_record_of_restarts_that_does_not_hold_leaves_one_more);
+    RUN_TEST(test_no_value_of_a_refused_configuration_is_used);
+    RUN_TEST(test_unexpected_restarts_are_counted_up_to_the_limit);
+    RUN_TEST(test_an_invalid_record_of_restarts_leaves_one_more_restart);
     return UNITY_END();
 }

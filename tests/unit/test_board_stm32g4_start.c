@@ -73,36 +73,36 @@ static void test_the_core_runs_from_the_crystal_and_the_crystal_is_watched(void)
     TEST_ASSERT_BITS_HIGH(RCC_CCIPR_FDCAN_PLLQ, RCC_CCIPR);
 }
 
-static void test_a_crystal_that_does_not_start_is_not_waited_for_without_end(void) {
+static void test_the_wait_for_a_crystal_that_does_not_start_is_bounded(void) {
     model.broken = CRYSTAL;
     TEST_ASSERT_FALSE(clocks_start());
-    TEST_ASSERT_EQUAL_HEX32(0, RCC_CFGR & (uint32_t)RCC_CFGR_SWS); /* still on the oscillator it started from */
+    TEST_ASSERT_EQUAL_HEX32(0, RCC_CFGR & (uint32_t)RCC_CFGR_SWS); /* still on the start-up oscillator */
 }
 
-static void test_a_flash_without_its_wait_states_is_no_start(void) {
+static void test_a_flash_without_its_wait_states_prevents_the_start(void) {
     model.broken = FLASH;
     TEST_ASSERT_FALSE(clocks_start());
     TEST_ASSERT_EQUAL_HEX32(0, RCC_CFGR & (uint32_t)RCC_CFGR_SWS);
 }
 
-static void test_a_pll_that_does_not_lock_is_no_start(void) {
+static void test_a_pll_that_does_not_lock_prevents_the_start(void) {
     model.broken = PLL_LOCK;
     TEST_ASSERT_FALSE(clocks_start());
     TEST_ASSERT_EQUAL_HEX32(0, RCC_CFGR & (uint32_t)RCC_CFGR_SWS);
 }
 
-static void test_a_switch_that_does_not_happen_is_taken_back(void) {
+static void test_a_clock_switch_without_effect_is_undone(void) {
     model.broken = SWITCH;
     TEST_ASSERT_FALSE(clocks_start());
     TEST_ASSERT_EQUAL_HEX32(0, RCC_CFGR & (uint32_t)(RCC_CFGR_SW_PLL | RCC_CFGR_HPRE));
 }
 
-static void test_a_core_at_another_rate_is_no_start(void) {
+static void test_a_core_at_another_rate_prevents_the_start(void) {
     model.broken = DIVIDER;
     TEST_ASSERT_FALSE(clocks_start());
 }
 
-static void test_the_reset_flags_say_why_it_starts(void) {
+static void test_the_reset_flags_give_the_cause_of_the_start(void) {
     const uint32_t pin = RCC_CSR_PINRSTF; /* every reset drives NRST */
     TEST_ASSERT_EQUAL(GUARD_START_POWER_ON, reset_cause(pin | RCC_CSR_BORRSTF, false));
     TEST_ASSERT_EQUAL(GUARD_START_WATCHDOG, reset_cause(pin | RCC_CSR_IWDGRSTF, false));
@@ -114,7 +114,7 @@ static void test_the_reset_flags_say_why_it_starts(void) {
     TEST_ASSERT_EQUAL(GUARD_START_UNKNOWN, reset_cause(0, false));
 }
 
-static void test_a_watchdog_is_not_hidden_by_a_button_and_an_exception_not_by_its_watchdog(void) {
+static void test_a_watchdog_flag_outranks_a_button_and_an_exception_outranks_the_watchdog(void) {
     TEST_ASSERT_EQUAL(GUARD_START_WATCHDOG, reset_cause(RCC_CSR_IWDGRSTF | RCC_CSR_SFTRSTF | RCC_CSR_PINRSTF, false));
     TEST_ASSERT_EQUAL(GUARD_START_EXCEPTION, reset_cause(RCC_CSR_IWDGRSTF | RCC_CSR_PINRSTF, true));
     TEST_ASSERT_EQUAL(GUARD_START_EXCEPTION, reset_cause(RCC_CSR_PINRSTF, true));
@@ -124,12 +124,12 @@ static void test_a_watchdog_is_not_hidden_by_a_button_and_an_exception_not_by_it
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_core_runs_from_the_crystal_and_the_crystal_is_watched);
-    RUN_TEST(test_a_crystal_that_does_not_start_is_not_waited_for_without_end);
-    RUN_TEST(test_a_flash_without_its_wait_states_is_no_start);
-    RUN_TEST(test_a_pll_that_does_not_lock_is_no_start);
-    RUN_TEST(test_a_switch_that_does_not_happen_is_taken_back);
-    RUN_TEST(test_a_core_at_another_rate_is_no_start);
-    RUN_TEST(test_the_reset_flags_say_why_it_starts);
-    RUN_TEST(test_a_watchdog_is_not_hidden_by_a_button_and_an_exception_not_by_its_watchdog);
+    RUN_TEST(test_the_wait_for_a_crystal_that_does_not_start_is_bounded);
+    RUN_TEST(test_a_flash_without_its_wait_states_prevents_the_start);
+    RUN_TEST(test_a_pll_that_does_not_lock_prevents_the_start);
+    RUN_TEST(test_a_clock_switch_without_effect_is_undone);
+    RUN_TEST(test_a_core_at_another_rate_prevents_the_start);
+    RUN_TEST(test_the_reset_flags_give_the_cause_of_the_start);
+    RUN_TEST(test_a_watchdog_flag_outranks_a_button_and_an_exception_outranks_the_watchdog);
     return UNITY_END();
 }

@@ -15,7 +15,7 @@ static can_frame_t frame_of(uint32_t id, uint32_t flags, uint8_t first) {
     return frame;
 }
 
-static void hear(uint32_t id, uint32_t flags, uint8_t first) {
+static void deliver(uint32_t id, uint32_t flags, uint8_t first) {
     const can_frame_t frame = frame_of(id, flags, first);
     bus_receive(&frame, CAN_FRAME_DATA_LENGTH);
 }
@@ -58,18 +58,18 @@ static void test_the_bit_rates_and_sample_points_are_those_of_the_wire(void) {
     TEST_ASSERT_TRUE(model.on_bus);
 }
 
-static void test_the_filters_let_in_what_the_guard_hears_and_nothing_else(void) {
+static void test_the_filters_pass_only_the_frames_that_the_guard_receives(void) {
     for (uint32_t id = 0; id < 0x800u; ++id) {
         can_frame_t frame;
-        hear(id, CAN_FRAME_FD | CAN_FRAME_BRS, 1u);
+        deliver(id, CAN_FRAME_FD | CAN_FRAME_BRS, 1u);
         const bool own = id == protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].id; /* another guard's */
         TEST_ASSERT_EQUAL(own || (protocol_slot(id) < (uint32_t)PROTOCOL_RECEIVE_COUNT), can_receive(&frame));
-        hear(id << 18, CAN_FRAME_EXTENDED, 1u);
+        deliver(id << 18, CAN_FRAME_EXTENDED, 1u);
         TEST_ASSERT_FALSE(can_receive(&frame));
     }
 }
 
-static void test_a_frame_comes_in_as_it_was_sent(void) {
+static void test_a_frame_is_received_as_it_was_sent(void) {
     static const uint32_t flags[] = {0u, CAN_FRAME_FD, CAN_FRAME_FD | CAN_FRAME_BRS, CAN_FRAME_REMOTE};
     for (uint32_t i = 0; i < sizeof(flags) / sizeof(flags[0]); ++i) {
         const can_frame_t sent = frame_of(JOINT1, flags[i], (uint8_t)(0xA0u + 16u * i));
@@ -81,7 +81,7 @@ static void test_a_frame_comes_in_as_it_was_sent(void) {
     }
 }
 
-static void test_length_codes_above_eight_are_told_and_only_eight_bytes_taken(void) {
+static void test_length_codes_above_eight_are_reported_and_only_eight_bytes_are_read(void) {
     can_frame_t sent = frame_of(JOINT1, CAN_FRAME_FD, 1u), heard;
     bus_receive(&sent, 15u);
     TEST_ASSERT_TRUE(can_receive(&heard));
@@ -92,12 +92,12 @@ static void test_length_codes_above_eight_are_told_and_only_eight_bytes_taken(vo
     TEST_ASSERT_EQUAL(8, heard.length);
 }
 
-static void test_an_overflow_is_told_once_and_the_frames_before_it_are_kept(void) {
+static void test_an_overflow_is_reported_once_and_the_frames_before_it_are_kept(void) {
     for (uint32_t i = 0; i < FIFO_DEPTH; ++i) {
-        hear(JOINT1, CAN_FRAME_FD, (uint8_t)i);
+        deliver(JOINT1, CAN_FRAME_FD, (uint8_t)i);
     }
     TEST_ASSERT_EQUAL(0, can_faults());
-    hear(JOINT1, CAN_FRAME_FD, 0xFFu);
+    deliver(JOINT1, CAN_FRAME_FD, 0xFFu);
     TEST_ASSERT_EQUAL(CAN_FAULT_OVERFLOW, can_faults());
     TEST_ASSERT_EQUAL(0, can_faults());
     for (uint32_t i = 0; i < FIFO_DEPTH; ++i) {
@@ -105,13 +105,13 @@ static void test_an_overflow_is_told_once_and_the_frames_before_it_are_kept(void
         TEST_ASSERT_TRUE(can_receive(&frame));
         TEST_ASSERT_EQUAL_HEX8(i, frame.data[0]);
     }
-    hear(JOINT1, CAN_FRAME_FD, 7u); /* reception continues */
+    deliver(JOINT1, CAN_FRAME_FD, 7u); /* reception continues */
     can_frame_t frame;
     TEST_ASSERT_TRUE(can_receive(&frame));
     TEST_ASSERT_EQUAL_HEX8(7, frame.data[0]);
 }
 
-static void test_an_answer_goes_out_the_stop_command_first(void) {
+static void test_the_stop_command_of_an_answer_is_sent_first(void) {
     const can_frame_t stop = frame_of(STOP, CAN_FRAME_FD | CAN_FRAME_BRS, 0x51u);
     const can_frame_t status = frame_of(STATUS, CAN_FRAME_FD | CAN_FRAME_BRS, 0x51u);
     TEST_ASSERT_TRUE(answer(0x51u));
@@ -122,7 +122,7 @@ static void test_an_answer_goes_out_the_stop_command_first(void) {
     TEST_ASSERT_EQUAL(0, can_faults());
 }
 
-static void test_an_answer_that_did_not_get_out_is_taken_back_and_told(void) {
+static void test_an_unsent_answer_is_cancelled_and_reported(void) {
     model.stalled = true;
     TEST_ASSERT_TRUE(answer(1u));
     TEST_ASSERT_EQUAL(0, can_faults());
@@ -135,7 +135,7 @@ static void test_an_answer_that_did_not_get_out_is_taken_back_and_told(void) {
     TEST_ASSERT_EQUAL_HEX8(2, model.sent[1].data[0]);
 }
 
-static void test_a_frame_on_the_wire_does_not_keep_the_next_answer_back(void) {
+static void test_a_frame_in_transmission_does_not_delay_the_next_answer(void) {
     model.stalled = true;
     TEST_ASSERT_TRUE(answer(1u));
     model.on_the_wire = 1u;
@@ -155,7 +155,7 @@ static void test_without_a_free_buffer_the_answer_is_refused(void) {
     TEST_ASSERT_EQUAL(CAN_FAULT_STUCK, can_faults());
 }
 
-static void test_bus_off_is_told_and_recovered_from(void) {
+static void test_bus_off_is_reported_and_the_controller_recovers(void) {
     bus_goes_off();
     TEST_ASSERT_EQUAL(CAN_FAULT_OFF, can_faults());
     TEST_ASSERT_FALSE(model.bus_off);
@@ -168,14 +168,14 @@ static void test_bus_off_is_told_and_recovered_from(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_bit_rates_and_sample_points_are_those_of_the_wire);
-    RUN_TEST(test_the_filters_let_in_what_the_guard_hears_and_nothing_else);
-    RUN_TEST(test_a_frame_comes_in_as_it_was_sent);
-    RUN_TEST(test_length_codes_above_eight_are_told_and_only_eight_bytes_taken);
-    RUN_TEST(test_an_overflow_is_told_once_and_the_frames_before_it_are_kept);
-    RUN_TEST(test_an_answer_goes_out_the_stop_command_first);
-    RUN_TEST(test_an_answer_that_did_not_get_out_is_taken_back_and_told);
-    RUN_TEST(test_a_frame_on_the_wire_does_not_keep_the_next_answer_back);
+    RUN_TEST(test_the_filters_pass_only_the_frames_that_the_guard_receives);
+    RUN_TEST(test_a_frame_is_received_as_it_was_sent);
+    RUN_TEST(test_length_codes_above_eight_are_reported_and_only_eight_bytes_are_read);
+    RUN_TEST(test_an_overflow_is_reported_once_and_the_frames_before_it_are_kept);
+    RUN_TEST(test_the_stop_command_of_an_answer_is_sent_first);
+    RUN_TEST(test_an_unsent_answer_is_cancelled_and_reported);
+    RUN_TEST(test_a_frame_in_transmission_does_not_delay_the_next_answer);
     RUN_TEST(test_without_a_free_buffer_the_answer_is_refused);
-    RUN_TEST(test_bus_off_is_told_and_recovered_from);
+    RUN_TEST(test_bus_off_is_reported_and_the_controller_recovers);
     return UNITY_END();
 }

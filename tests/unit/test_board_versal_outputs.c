@@ -122,7 +122,7 @@ static void test_the_pin_is_driven_low_from_the_start_and_is_the_only_one_touche
     TEST_ASSERT_FALSE(model.high_before_permission);
 }
 
-static void test_every_permission_is_an_edge_and_the_end_of_it_is_low(void) {
+static void test_every_permission_is_an_edge_and_its_end_is_low(void) {
     model.edges = 0;
     for (uint32_t i = 1; i <= 9u; ++i) {
         permission_toggle();
@@ -150,7 +150,7 @@ static void test_a_served_watchdog_does_not_reset(void) {
     TEST_ASSERT_FALSE(model.reset);
 }
 
-static void test_the_watchdog_resets_what_does_not_serve_it_in_time(void) {
+static void test_the_watchdog_resets_a_board_that_does_not_serve_it_in_time(void) {
     watchdog_start(8000u);
     pass_us(4000u);
     watchdog_serve();
@@ -160,7 +160,7 @@ static void test_the_watchdog_resets_what_does_not_serve_it_in_time(void) {
 }
 
 /* Two consecutive ticks without delay: the second is in the first window, where a service would cause a reset. */
-static void test_a_second_tick_at_once_is_no_reset(void) {
+static void test_a_second_tick_at_once_causes_no_reset(void) {
     watchdog_start(8000u);
     for (uint32_t i = 0; i < 20u; ++i) {
         pass_us((i % 2u == 0u) ? 1000u : 0u);
@@ -169,7 +169,7 @@ static void test_a_second_tick_at_once_is_no_reset(void) {
     TEST_ASSERT_FALSE(model.reset);
 }
 
-static void test_the_longest_time_is_held(void) {
+static void test_the_longest_timeout_is_the_limit(void) {
     watchdog_start(UINT32_MAX);
     TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, model.second);
 }
@@ -177,10 +177,10 @@ static void test_the_longest_time_is_held(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_pin_is_driven_low_from_the_start_and_is_the_only_one_touched);
-    RUN_TEST(test_every_permission_is_an_edge_and_the_end_of_it_is_low);
+    RUN_TEST(test_every_permission_is_an_edge_and_its_end_is_low);
     RUN_TEST(test_a_served_watchdog_does_not_reset);
-    RUN_TEST(test_the_watchdog_resets_what_does_not_serve_it_in_time);
-    RUN_TEST(test_a_second_tick_at_once_is_no_reset);
-    RUN_TEST(test_the_longest_time_is_held);
+    RUN_TEST(test_the_watchdog_resets_a_board_that_does_not_serve_it_in_time);
+    RUN_TEST(test_a_second_tick_at_once_causes_no_reset);
+    RUN_TEST(test_the_longest_timeout_is_the_limit);
     return UNITY_END();
 }

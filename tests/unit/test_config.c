@@ -1,4 +1,4 @@
-/* Which configuration blocks the guard accepts, and the reason for each that it refuses. Tasks and the bank of filters:
+/* Configuration blocks that the guard accepts, and the reason for each refused one. Tasks and the bank of filters:
  * test_config_tasks.c. */
 #include "config_fixture.h"
 
@@ -11,7 +11,7 @@ static void test_a_good_block_is_accepted(void) {
     assert_status(GUARD_OK);
 }
 
-static void test_a_foreign_block_is_refused_by_what_is_foreign(void) {
+static void test_a_foreign_block_is_refused_with_the_difference(void) {
     config.magic ^= 1u;
     assert_status(GUARD_BAD_MAGIC);
     config.schema += 1u;
@@ -33,7 +33,7 @@ static void test_any_flipped_bit_is_refused(void) {
     TEST_ASSERT_EQUAL(GUARD_OK, config_check(&config));
 }
 
-static void test_timing_that_cannot_hold_is_refused(void) {
+static void test_impossible_timing_is_refused(void) {
     uint32_t *const positive[] = {&config.period_us,        &config.sync_deadline_us, &config.joint_deadline_us,
                                   &config.task_deadline_us, &config.tick_deadline_us, &config.tick_budget_us,
                                   &config.reset_healthy_us, &config.format,           &config.settling_us,
@@ -67,7 +67,7 @@ static void test_times_that_make_the_guard_blind_are_refused(void) {
     assert_status(GUARD_BAD_TIMING);
 }
 
-static void test_a_robot_table_that_cannot_be_walked_is_refused(void) {
+static void test_an_invalid_robot_table_is_refused(void) {
     config.robot.joint_count = 0u;
     assert_status(GUARD_BAD_ROBOT);
     config.robot.joint_count = ROBOT_MAX_JOINTS + 1u;
@@ -86,7 +86,7 @@ static void test_a_robot_table_that_cannot_be_walked_is_refused(void) {
     assert_status(GUARD_BAD_ROBOT);
 }
 
-static void test_an_observer_that_is_no_low_pass_is_refused(void) {
+static void test_an_observer_that_is_not_a_low_pass_is_refused(void) {
     config.observer.decay[0] = NUM(1.0);
     assert_status(GUARD_BAD_OBSERVER);
     config.observer.gain[3] = NUM(-0.1);
@@ -156,7 +156,7 @@ static void test_an_unknown_stop_category_is_refused(void) {
     assert_status(GUARD_BAD_STOP);
 }
 
-static void test_numbers_that_are_none_are_refused(void) {
+static void test_values_that_are_not_numbers_are_refused(void) {
 #ifdef TAUPERP_FIXED
     const num_t nan = INT32_MIN; /* every pattern is a number there; this one has no negative */
     const num_t infinity = INT32_MIN;
@@ -176,7 +176,7 @@ static void test_numbers_that_are_none_are_refused(void) {
     assert_status(GUARD_BAD_SUBSPACE);
 }
 
-static void test_the_watch_sees_a_change_within_one_round(void) {
+static void test_the_watch_detects_a_change_within_one_round(void) {
     config_watch_t watch;
     config_watch_start(&watch);
     const uint32_t round = (uint32_t)(sizeof(config) / CONFIG_WATCH_BYTES) + 1u;
@@ -204,18 +204,18 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_good_block_is_accepted);
     RUN_TEST(test_a_soft_projector_needs_a_tolerance_that_fixed_point_resolves);
-    RUN_TEST(test_a_foreign_block_is_refused_by_what_is_foreign);
+    RUN_TEST(test_a_foreign_block_is_refused_with_the_difference);
     RUN_TEST(test_any_flipped_bit_is_refused);
-    RUN_TEST(test_timing_that_cannot_hold_is_refused);
+    RUN_TEST(test_impossible_timing_is_refused);
     RUN_TEST(test_times_that_make_the_guard_blind_are_refused);
     RUN_TEST(test_an_observer_that_is_too_slow_or_of_another_period_is_refused);
     RUN_TEST(test_the_worst_case_reaction_time_is_the_sum_of_its_parts);
-    RUN_TEST(test_a_robot_table_that_cannot_be_walked_is_refused);
-    RUN_TEST(test_an_observer_that_is_no_low_pass_is_refused);
+    RUN_TEST(test_an_invalid_robot_table_is_refused);
+    RUN_TEST(test_an_observer_that_is_not_a_low_pass_is_refused);
     RUN_TEST(test_a_projection_without_tolerance_is_refused);
     RUN_TEST(test_an_unknown_stop_category_is_refused);
     RUN_TEST(test_a_sensor_correction_beyond_its_bounds_is_refused);
-    RUN_TEST(test_numbers_that_are_none_are_refused);
-    RUN_TEST(test_the_watch_sees_a_change_within_one_round);
+    RUN_TEST(test_values_that_are_not_numbers_are_refused);
+    RUN_TEST(test_the_watch_detects_a_change_within_one_round);
     return UNITY_END();
 }

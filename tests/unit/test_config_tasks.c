@@ -1,4 +1,4 @@
-/* Which tasks and which banks of filters the guard accepts: none that would make it blind. */
+/* The guard accepts no task and no bank of filters that would make it blind. */
 #include "config_fixture.h"
 
 void setUp(void) {
@@ -12,7 +12,7 @@ static void test_a_task_that_cannot_detect_is_refused(void) {
     config.task[TASK_PAYLOAD].detector.threshold_nm[0][0] = NUM(-1);
     assert_status(GUARD_BAD_TASK);
     config.task[TASK_PAYLOAD].detector.threshold_nm[0][0] =
-        config.robot.joint[0].torque_max_nm / 2; /* no person survives that */
+        config.robot.joint[0].torque_max_nm / 2; /* far above any harmless torque */
     assert_status(GUARD_BAD_TASK);
     config.task[TASK_PAYLOAD].detector.debounce_ticks = 101u; /* more than a tenth of a second at 1 kHz */
     assert_status(GUARD_BAD_TASK);
@@ -39,7 +39,7 @@ static void shorten(uint32_t joints) {
     memset(&config.robot.joint[joints], 0, (ROBOT_MAX_JOINTS - joints) * sizeof(robot_joint_t));
 }
 
-static void test_an_index_that_would_see_nothing_is_refused_with_its_reason(void) {
+static void test_an_index_that_would_detect_nothing_is_refused_with_its_reason(void) {
     for (uint32_t joints = 1; joints <= JOINTS; ++joints) {
         shorten(joints);
         assert_status((joints < 7u) ? ((joints < 6u) ? GUARD_PAYLOAD_NEEDS_6_JOINTS : GUARD_CONTACT_NEEDS_JOINTS)
@@ -104,7 +104,7 @@ static void make_sudden(uint32_t fast, uint32_t channels) {
     }
 }
 
-static void test_fast_components_and_a_channel_of_sudden_go_together(void) {
+static void test_fast_components_and_a_channel_of_sudden_need_each_other(void) {
     make_sudden(7u, 3u);
     assert_status(GUARD_OK);
     make_sudden(7u, 1u); /* no channel uses them */
@@ -120,7 +120,7 @@ static void test_fast_components_and_a_channel_of_sudden_go_together(void) {
     config.subspace.projector = PROJECTOR_HARD;
     assert_status(GUARD_BAD_TASK);
     make_sudden(7u, 3u);
-    config.bank.channel[1].high_pass[0] = NUM(0.9); /* nothing is left of a step */
+    config.bank.channel[1].high_pass[0] = NUM(0.9); /* a step would vanish */
     assert_status(GUARD_BAD_BANK);
     make_sudden(7u, 3u);
     config.bank.channel[1].high_pass[0] = NUM(0);
@@ -136,7 +136,7 @@ static void ask_for_regressor(void) {
     config.regressor.low_pass = config.bank.channel[0];
 }
 
-static void test_the_regressor_is_used_by_a_task_behind_a_plain_low_pass(void) {
+static void test_the_regressor_needs_a_task_and_a_plain_low_pass(void) {
     ask_for_regressor();
     assert_status(GUARD_OK);
     ask_for_regressor();
@@ -183,7 +183,7 @@ static void test_a_contact_of_few_components_serves_an_arm_of_few_joints(void) {
     assert_status(GUARD_CONTACT_NEEDS_JOINTS);
 }
 
-static void test_a_row_of_ones_own_is_bounded_as_the_others_are(void) {
+static void test_a_user_defined_row_has_the_bounds_of_the_others(void) {
     config.task[6] = config.task[TASK_CONTACT];
     assert_status(GUARD_OK);
     config.task[6] = config.task[TASK_CONTACT];
@@ -230,13 +230,13 @@ static void test_a_channel_that_passes_nothing_or_too_much_is_refused(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_contact_has_axes_at_right_angles_and_a_point_within_a_metre);
-    RUN_TEST(test_fast_components_and_a_channel_of_sudden_go_together);
-    RUN_TEST(test_the_regressor_is_used_by_a_task_behind_a_plain_low_pass);
+    RUN_TEST(test_fast_components_and_a_channel_of_sudden_need_each_other);
+    RUN_TEST(test_the_regressor_needs_a_task_and_a_plain_low_pass);
     RUN_TEST(test_a_contact_of_few_components_serves_an_arm_of_few_joints);
-    RUN_TEST(test_a_row_of_ones_own_is_bounded_as_the_others_are);
+    RUN_TEST(test_a_user_defined_row_has_the_bounds_of_the_others);
     RUN_TEST(test_limits_on_what_is_explained_are_bounded);
     RUN_TEST(test_a_channel_that_passes_nothing_or_too_much_is_refused);
     RUN_TEST(test_a_task_that_cannot_detect_is_refused);
-    RUN_TEST(test_an_index_that_would_see_nothing_is_refused_with_its_reason);
+    RUN_TEST(test_an_index_that_would_detect_nothing_is_refused_with_its_reason);
     return UNITY_END();
 }

@@ -17,7 +17,7 @@ static void test_known_answers(void) {
     TEST_ASSERT_EQUAL_HEX32(0xE8B7BE43u, crc_of("a", 1u));
 }
 
-static void test_slices_give_the_same_as_the_whole(void) {
+static void test_slices_give_the_crc_of_the_whole(void) {
     static const uint8_t digits[] = "123456789";
     for (uint32_t cut = 0; cut <= 9u; ++cut) {
         const uint32_t state = crc32_fold(CRC32_START, digits, cut);
@@ -28,6 +28,6 @@ static void test_slices_give_the_same_as_the_whole(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_known_answers);
-    RUN_TEST(test_slices_give_the_same_as_the_whole);
+    RUN_TEST(test_slices_give_the_crc_of_the_whole);
     return UNITY_END();
 }

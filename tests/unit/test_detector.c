@@ -116,7 +116,7 @@ static void test_below_the_thresholds_the_joint_nearest_to_its_own_is_reported(v
     TEST_ASSERT_FALSE(detector.any_above);
 }
 
-static void test_the_count_goes_on_when_the_task_changes(void) {
+static void test_the_count_continues_when_the_task_changes(void) {
     detector_config_t other = task;
     other.threshold_nm[0][2] = NUM(0.5);
     other.debounce_ticks = 4;
@@ -129,7 +129,7 @@ static void test_the_count_goes_on_when_the_task_changes(void) {
     TEST_ASSERT_TRUE(detector.tripped);
 }
 
-static void test_joints_that_the_arm_does_not_have_are_not_looked_at(void) {
+static void test_joints_that_the_arm_does_not_have_are_ignored(void) {
     value[JOINTS] = NUM(400);
     step();
     step();
@@ -141,7 +141,7 @@ static void test_joints_that_the_arm_does_not_have_are_not_looked_at(void) {
 }
 
 /* NaN and infinity; in fixed point the value without a negative, and the largest value. */
-static void test_what_is_not_a_number_is_above_every_threshold(void) {
+static void test_a_value_that_is_not_a_number_is_above_every_threshold(void) {
 #ifdef TAUPERP_FIXED
     const num_t bad[] = {INT32_MIN, INT32_MAX, -INT32_MAX};
 #else
@@ -162,7 +162,7 @@ static void test_what_is_not_a_number_is_above_every_threshold(void) {
     }
 }
 
-static void test_the_count_holds_at_its_largest(void) {
+static void test_the_count_saturates(void) {
     value[0] = NUM(3);
     detector.above[0] = UINT32_MAX - 1u;
     step();
@@ -172,7 +172,7 @@ static void test_the_count_holds_at_its_largest(void) {
     TEST_ASSERT_TRUE(detector.tripped);
 }
 
-static void test_of_joints_above_the_one_whose_count_is_full_is_reported(void) {
+static void test_among_joints_above_the_one_with_the_full_count_is_reported(void) {
     task.debounce_ticks = 3;
     value[1] = NUM(2.5);
     step();
@@ -205,7 +205,7 @@ static void test_any_watched_channel_counts_and_no_other(void) {
     TEST_ASSERT_TRUE(detector.threshold_nm[3] == NUM(0.5));
 }
 
-static void test_the_channel_nearest_to_its_threshold_is_reported_wherever_it_stands(void) {
+static void test_the_channel_nearest_to_its_threshold_is_reported_at_any_place(void) {
     task.channels = 0x5u;
     for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
         task.threshold_nm[1][i] = NUM(1);
@@ -219,7 +219,7 @@ static void test_the_channel_nearest_to_its_threshold_is_reported_wherever_it_st
     TEST_ASSERT_TRUE(detector.value_nm[3] == NUM(1.5));
 }
 
-static void test_of_joints_equally_far_above_the_first_is_reported(void) {
+static void test_among_joints_equally_far_above_the_first_is_reported(void) {
     value[1] = NUM(3);
     value[4] = NUM(3);
     step();
@@ -243,13 +243,13 @@ int main(void) {
     RUN_TEST(test_either_sign_trips_and_is_reported);
     RUN_TEST(test_the_joint_furthest_above_its_own_threshold_is_reported);
     RUN_TEST(test_below_the_thresholds_the_joint_nearest_to_its_own_is_reported);
-    RUN_TEST(test_the_count_goes_on_when_the_task_changes);
-    RUN_TEST(test_joints_that_the_arm_does_not_have_are_not_looked_at);
-    RUN_TEST(test_what_is_not_a_number_is_above_every_threshold);
-    RUN_TEST(test_the_count_holds_at_its_largest);
-    RUN_TEST(test_of_joints_above_the_one_whose_count_is_full_is_reported);
+    RUN_TEST(test_the_count_continues_when_the_task_changes);
+    RUN_TEST(test_joints_that_the_arm_does_not_have_are_ignored);
+    RUN_TEST(test_a_value_that_is_not_a_number_is_above_every_threshold);
+    RUN_TEST(test_the_count_saturates);
+    RUN_TEST(test_among_joints_above_the_one_with_the_full_count_is_reported);
     RUN_TEST(test_any_watched_channel_counts_and_no_other);
-    RUN_TEST(test_the_channel_nearest_to_its_threshold_is_reported_wherever_it_stands);
-    RUN_TEST(test_of_joints_equally_far_above_the_first_is_reported);
+    RUN_TEST(test_the_channel_nearest_to_its_threshold_is_reported_at_any_place);
+    RUN_TEST(test_among_joints_equally_far_above_the_first_is_reported);
     return UNITY_END();
 }

@@ -112,7 +112,7 @@ static void test_consecutive_frames_are_ok_through_the_wrap_from_15_to_0(void) {
     }
 }
 
-/* Every last counter, every step, every limit: the whole state machine behind a good CRC. */
+/* Every last counter, every step, every limit: the whole state machine after a good CRC. */
 static void test_a_step_is_accepted_up_to_the_maximum_and_refused_beyond(void) {
     for (uint8_t max_delta = 1; max_delta <= E2E_MAX_DELTA; ++max_delta) {
         for (uint8_t last = 0; last < 16u; ++last) {
@@ -159,7 +159,7 @@ static void test_a_frame_that_is_overtaken_is_refused(void) {
     TEST_ASSERT_EQUAL(E2E_SOME_LOST, receive(9, MAX_DELTA));
 }
 
-static void test_a_wrong_crc_is_refused_and_moves_no_reference(void) {
+static void test_a_wrong_crc_is_refused_and_leaves_the_reference(void) {
     uint8_t frame[LENGTH] = {0};
     (void)receive(6, MAX_DELTA);
     (void)receive(8, MAX_DELTA);
@@ -199,7 +199,7 @@ static void test_a_frame_of_any_other_message_is_a_wrong_crc_at_every_counter(vo
     }
 }
 
-/* Whether an error is found depends only on the flipped bits and the counter (the CRC is linear in everything else).
+/* Whether an error is detected depends only on the flipped bits and the counter (the CRC is linear in everything else).
  * The loops over messages and counters are therefore a proof for this wire, not a sample. */
 static void assert_flips_found(uint32_t slot, uint64_t flips) {
     const protocol_receive_t *const entry = &protocol_receive[slot];
@@ -214,7 +214,7 @@ static void assert_flips_found(uint32_t slot, uint64_t flips) {
     }
 }
 
-static void test_every_flipped_bit_of_every_message_is_found(void) {
+static void test_every_flipped_bit_of_every_message_is_detected(void) {
     for (uint32_t slot = 0; slot < PROTOCOL_RECEIVE_COUNT; ++slot) {
         for (uint32_t bit = 0; bit < 8u * protocol_receive[slot].length; ++bit) {
             assert_flips_found(slot, 1ull << bit);
@@ -223,7 +223,7 @@ static void test_every_flipped_bit_of_every_message_is_found(void) {
 }
 
 /* At this length the polynomial has a Hamming distance of 4. A flipped counter bit also selects another data id. */
-static void test_every_two_or_three_flipped_bits_outside_the_counter_are_found(void) {
+static void test_every_two_or_three_flipped_bits_outside_the_counter_are_detected(void) {
     const uint64_t counter_bits = 0x0F00u;
     for (uint32_t slot = 0; slot < PROTOCOL_RECEIVE_COUNT; slot += 8u) { /* a joint and a 4-byte message */
         const uint32_t bits = 8u * protocol_receive[slot].length;
@@ -252,7 +252,7 @@ static void test_a_stuck_bus_of_all_zeros_or_ones_is_a_wrong_crc_for_every_messa
     }
 }
 
-static void test_a_corrupt_state_does_not_hold(void) {
+static void test_a_corrupt_receiver_state_is_not_valid(void) {
     TEST_ASSERT_TRUE(e2e_receiver_is_valid(&receiver));
     const e2e_receiver_t corrupt[] = {
         {.counter = 16, .referenced = true}, {.lost = 14, .referenced = true}, {.counter = 1}, {.lost = 1}};
@@ -276,12 +276,12 @@ int main(void) {
     RUN_TEST(test_a_repeated_frame_is_refused_and_the_next_one_is_ok);
     RUN_TEST(test_after_a_wrong_sequence_the_next_consecutive_frame_is_ok);
     RUN_TEST(test_a_frame_that_is_overtaken_is_refused);
-    RUN_TEST(test_a_wrong_crc_is_refused_and_moves_no_reference);
+    RUN_TEST(test_a_wrong_crc_is_refused_and_leaves_the_reference);
     RUN_TEST(test_a_wrong_crc_does_not_start_a_receiver);
     RUN_TEST(test_a_frame_of_any_other_message_is_a_wrong_crc_at_every_counter);
-    RUN_TEST(test_every_flipped_bit_of_every_message_is_found);
-    RUN_TEST(test_every_two_or_three_flipped_bits_outside_the_counter_are_found);
+    RUN_TEST(test_every_flipped_bit_of_every_message_is_detected);
+    RUN_TEST(test_every_two_or_three_flipped_bits_outside_the_counter_are_detected);
     RUN_TEST(test_a_stuck_bus_of_all_zeros_or_ones_is_a_wrong_crc_for_every_message);
-    RUN_TEST(test_a_corrupt_state_does_not_hold);
+    RUN_TEST(test_a_corrupt_receiver_state_is_not_valid);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* The event recorder: what it keeps of a trip, and what it sends. */
+/* The event recorder: the samples that it keeps of a trip, and the frames that it sends. */
 #include "event_log.h"
 
 #include "e2e.h"
@@ -82,7 +82,7 @@ static said_t next(void) {
     return (said_t){0};
 }
 
-static void test_nothing_is_said_before_a_trip_is_complete(void) {
+static void test_no_frame_is_sent_before_a_trip_is_complete(void) {
     for (uint32_t i = 0; i < 1000u; ++i) {
         TEST_ASSERT_FALSE(step(0.1));
     }

@@ -1,4 +1,4 @@
-/* The size of what a task explains: the estimate, its limits, and the acceleration that a payload may explain. */
+/* The size of the explained part: the estimate, its limits, and the acceleration that a payload may explain. */
 #include "explained.h"
 
 #include "core_fixture.h"
@@ -141,7 +141,7 @@ static void test_a_payload_within_its_limits_is_permitted(void) {
 }
 
 /* Up and down: no payload has a negative weight, and none weighs 9 kg. */
-static void test_a_clamped_hand_under_the_gripper_is_no_payload(void) {
+static void test_a_clamped_hand_under_the_gripper_is_not_a_payload(void) {
     const double forces[] = {60.0, 300.0, -90.0, -300.0};
     for (uint32_t f = 0; f < 4u; ++f) {
         setUp();
@@ -153,7 +153,7 @@ static void test_a_clamped_hand_under_the_gripper_is_no_payload(void) {
     }
 }
 
-static void test_a_moment_that_no_payload_has_is_too_much(void) {
+static void test_a_moment_beyond_any_payload_is_an_excess(void) {
     const double w[6] = {0.0, 0.0, -20.0, 60.0, 0.0, 0.0};
     limits.force_slack_n = NUM(400); /* a part of a moment looks like weight */
     task = (index_config_t){.kind = INDEX_PAYLOAD};
@@ -162,7 +162,7 @@ static void test_a_moment_that_no_payload_has_is_too_much(void) {
     TEST_ASSERT_EQUAL(EXPLAINED_MOMENT, explained.excess);
 }
 
-static void test_a_contact_beyond_its_force_is_too_much_in_any_direction(void) {
+static void test_a_contact_beyond_its_force_is_an_excess_in_any_direction(void) {
     random_start(81);
     for (int round = 0; round < 40; ++round) {
         double d[3] = {random_one(), random_one(), random_one()};
@@ -236,7 +236,7 @@ static void test_an_acceleration_too_small_to_matter_explains_nothing(void) {
     TEST_ASSERT_TRUE(measured.across > NUM(0));
 }
 
-static void test_what_is_explained_sideways_is_bounded_by_the_acceleration(void) {
+static void test_the_sideways_explained_part_is_bounded_by_the_acceleration(void) {
     const double within[6] = {3.0 + 20.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     const double beyond[6] = {60.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     task = (index_config_t){.kind = INDEX_PAYLOAD};
@@ -254,14 +254,14 @@ int main(void) {
     RUN_TEST(test_the_largest_limits_can_be_exceeded);
     RUN_TEST(test_every_index_that_explains_torque_has_columns_and_limits);
     RUN_TEST(test_a_payload_within_its_limits_is_permitted);
-    RUN_TEST(test_a_clamped_hand_under_the_gripper_is_no_payload);
-    RUN_TEST(test_a_moment_that_no_payload_has_is_too_much);
-    RUN_TEST(test_a_contact_beyond_its_force_is_too_much_in_any_direction);
+    RUN_TEST(test_a_clamped_hand_under_the_gripper_is_not_a_payload);
+    RUN_TEST(test_a_moment_beyond_any_payload_is_an_excess);
+    RUN_TEST(test_a_contact_beyond_its_force_is_an_excess_in_any_direction);
     RUN_TEST(test_the_residual_has_its_limit_in_every_task);
     RUN_TEST(test_an_excess_needs_its_debounce);
     RUN_TEST(test_the_estimate_of_a_regressor_is_as_soft_as_its_columns_are_in_nm);
     RUN_TEST(test_an_acceleration_that_the_arm_does_not_make_explains_nothing);
     RUN_TEST(test_an_acceleration_too_small_to_matter_explains_nothing);
-    RUN_TEST(test_what_is_explained_sideways_is_bounded_by_the_acceleration);
+    RUN_TEST(test_the_sideways_explained_part_is_bounded_by_the_acceleration);
     return UNITY_END();
 }

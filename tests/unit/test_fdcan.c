@@ -17,7 +17,7 @@ static can_frame_t frame_of(uint32_t id, uint8_t length, uint32_t flags) {
     return frame;
 }
 
-static void hear(uint32_t id, uint8_t length, uint32_t flags) {
+static void deliver(uint32_t id, uint8_t length, uint32_t flags) {
     const can_frame_t frame = frame_of(id, length, flags);
     bus_receive(&frame, length);
 }
@@ -50,10 +50,10 @@ void test_can_fd_and_its_bit_rate_switch_are_on_only_where_the_wire_has_them(voi
     TEST_ASSERT_EQUAL(0, model.control);
 }
 
-void test_every_frame_that_the_guard_hears_comes_in(void) {
+void test_every_frame_for_the_guard_is_received(void) {
     for (uint32_t slot = 0; slot < PROTOCOL_RECEIVE_COUNT; ++slot) {
         can_frame_t frame;
-        hear(protocol_receive[slot].id, protocol_receive[slot].length, CAN_FRAME_FD | CAN_FRAME_BRS);
+        deliver(protocol_receive[slot].id, protocol_receive[slot].length, CAN_FRAME_FD | CAN_FRAME_BRS);
         TEST_ASSERT_TRUE(can_receive(&frame));
         TEST_ASSERT_EQUAL_HEX32(protocol_receive[slot].id, frame.id);
         TEST_ASSERT_EQUAL(protocol_receive[slot].length, frame.length);
@@ -62,31 +62,31 @@ void test_every_frame_that_the_guard_hears_comes_in(void) {
     }
 }
 
-void test_no_other_frame_comes_in(void) {
+void test_no_other_frame_is_received(void) {
     for (uint32_t id = 0; id <= 0x7FFu; ++id) {
         can_frame_t frame;
-        hear(id, 8u, 0u);
+        deliver(id, 8u, 0u);
         const bool heard = (protocol_slot(id) < PROTOCOL_RECEIVE_COUNT) || (id == STOP); /* of another guard */
         TEST_ASSERT_EQUAL(heard, can_receive(&frame));
     }
     can_frame_t frame;
-    hear(SYNC, 4u, CAN_FRAME_EXTENDED);
+    deliver(SYNC, 4u, CAN_FRAME_EXTENDED);
     TEST_ASSERT_FALSE(can_receive(&frame));
 }
 
 void test_bytes_keep_their_order_and_the_rest_is_zero(void) {
     can_frame_t frame;
-    hear(JOINT1, 8u, 0u);
+    deliver(JOINT1, 8u, 0u);
     TEST_ASSERT_TRUE(can_receive(&frame));
     const can_frame_t expected = frame_of(JOINT1, 8u, 0u);
     TEST_ASSERT_EQUAL_MEMORY(&expected, &frame, sizeof(frame));
-    hear(JOINT1, 3u, 0u);
+    deliver(JOINT1, 3u, 0u);
     TEST_ASSERT_TRUE(can_receive(&frame));
     const can_frame_t shorter = frame_of(JOINT1, 3u, 0u);
     TEST_ASSERT_EQUAL_MEMORY(&shorter, &frame, sizeof(frame));
 }
 
-void test_a_length_above_8_is_told_as_it_is_on_the_wire(void) {
+void test_a_length_above_8_is_reported_as_on_the_wire(void) {
     can_frame_t frame;
     const can_frame_t long_one = frame_of(JOINT1, 8u, CAN_FRAME_FD);
     bus_receive(&long_one, 13u);
@@ -98,18 +98,18 @@ void test_a_length_above_8_is_told_as_it_is_on_the_wire(void) {
     TEST_ASSERT_EQUAL(8, frame.length);
 }
 
-void test_a_remote_request_is_told_as_one(void) {
+void test_a_remote_request_is_reported_as_such(void) {
     can_frame_t frame;
-    hear(JOINT1, 8u, CAN_FRAME_REMOTE);
+    deliver(JOINT1, 8u, CAN_FRAME_REMOTE);
     TEST_ASSERT_TRUE(can_receive(&frame));
     TEST_ASSERT_BITS_HIGH(CAN_FRAME_REMOTE, frame.flags);
 }
 
 void test_a_sync_is_read_before_the_readings_of_its_cycle(void) {
     can_frame_t frame;
-    hear(SYNC, 4u, 0u);
-    hear(JOINT1, 8u, 0u);
-    hear(JOINT2, 8u, 0u);
+    deliver(SYNC, 4u, 0u);
+    deliver(JOINT1, 8u, 0u);
+    deliver(JOINT2, 8u, 0u);
     TEST_ASSERT_TRUE(can_receive(&frame));
     TEST_ASSERT_EQUAL_HEX32(SYNC, frame.id);
     TEST_ASSERT_TRUE(can_receive(&frame));
@@ -121,7 +121,7 @@ void test_a_sync_is_read_before_the_readings_of_its_cycle(void) {
 void test_a_fifo_wraps_around(void) {
     can_frame_t frame;
     for (uint32_t i = 0; i < 7u; ++i) {
-        hear(JOINT1, (uint8_t)i, CAN_FRAME_FD);
+        deliver(JOINT1, (uint8_t)i, CAN_FRAME_FD);
         TEST_ASSERT_TRUE(can_receive(&frame));
         TEST_ASSERT_EQUAL(i, frame.length);
     }
@@ -129,19 +129,19 @@ void test_a_fifo_wraps_around(void) {
 
 void test_a_lost_frame_is_an_overflow_once(void) {
     for (uint32_t i = 0; i < 3u; ++i) {
-        hear(JOINT1, 8u, 0u);
+        deliver(JOINT1, 8u, 0u);
     }
     TEST_ASSERT_EQUAL(0, can_faults());
-    hear(JOINT1, 8u, 0u);
+    deliver(JOINT1, 8u, 0u);
     TEST_ASSERT_EQUAL(CAN_FAULT_OVERFLOW, can_faults());
     TEST_ASSERT_EQUAL(0, can_faults());
     for (uint32_t i = 0; i < 4u; ++i) {
-        hear(SYNC, 4u, 0u);
+        deliver(SYNC, 4u, 0u);
     }
     TEST_ASSERT_EQUAL(CAN_FAULT_OVERFLOW, can_faults());
 }
 
-void test_an_answer_goes_out_with_the_stop_command_first(void) {
+void test_an_answer_is_sent_with_the_stop_command_first(void) {
     const uint32_t flags = CAN_FRAME_FD | CAN_FRAME_BRS;
     const can_frame_t frames[2] = {frame_of(STATUS, 8u, flags), frame_of(STOP, 8u, flags)};
     TEST_ASSERT_TRUE(can_answer(frames, 2u));
@@ -152,7 +152,7 @@ void test_an_answer_goes_out_with_the_stop_command_first(void) {
     TEST_ASSERT_EQUAL(0, can_faults());
 }
 
-void test_an_answer_that_did_not_go_out_is_taken_back_and_never_sent_late(void) {
+void test_an_unsent_answer_is_cancelled_and_never_sent_late(void) {
     const can_frame_t old[2] = {frame_of(STOP, 8u, 0u), frame_of(STATUS, 8u, 0u)};
     can_frame_t new[2] = {frame_of(STOP, 8u, 0u), frame_of(STATUS, 8u, 0u)};
     new[0].data[2] = 0x55u;
@@ -167,7 +167,7 @@ void test_an_answer_that_did_not_go_out_is_taken_back_and_never_sent_late(void) 
     TEST_ASSERT_EQUAL_MEMORY(&new[0], &model.sent[0], sizeof(can_frame_t));
 }
 
-void test_a_frame_on_the_wire_leaves_room_for_the_next_answer(void) {
+void test_a_frame_in_transmission_leaves_buffers_for_the_next_answer(void) {
     const can_frame_t old[2] = {frame_of(STOP, 8u, 0u), frame_of(STATUS, 8u, 0u)};
     model.stalled = true;
     TEST_ASSERT_TRUE(can_answer(old, 2u));
@@ -176,7 +176,7 @@ void test_a_frame_on_the_wire_leaves_room_for_the_next_answer(void) {
     TEST_ASSERT_EQUAL(7u, model.pending);
 }
 
-void test_an_answer_without_room_says_so(void) {
+void test_an_answer_without_a_free_buffer_is_reported(void) {
     const can_frame_t old[2] = {frame_of(STOP, 8u, 0u), frame_of(STATUS, 8u, 0u)};
     model.stalled = true;
     model.on_the_wire = 7u;
@@ -185,18 +185,18 @@ void test_an_answer_without_room_says_so(void) {
     TEST_ASSERT_EQUAL(CAN_FAULT_STUCK, can_faults());
 }
 
-void test_bus_off_is_told_and_its_recovery_begins(void) {
+void test_bus_off_is_reported_and_its_recovery_begins(void) {
     bus_goes_off();
     TEST_ASSERT_EQUAL(CAN_FAULT_OFF, can_faults());
     TEST_ASSERT_EQUAL(0, model.control & CCCR_INIT);
     TEST_ASSERT_EQUAL(CCCR_FDOE | CCCR_BRSE, model.control & (CCCR_FDOE | CCCR_BRSE));
     TEST_ASSERT_EQUAL(0, can_faults());
     can_frame_t frame;
-    hear(SYNC, 4u, 0u);
+    deliver(SYNC, 4u, 0u);
     TEST_ASSERT_TRUE(can_receive(&frame));
 }
 
-static void test_a_controller_that_does_not_answer_at_start_is_a_bus_that_is_down(void) {
+static void test_a_controller_that_does_not_answer_at_start_is_reported_as_bus_down(void) {
     model.absent = true;
     can_init(FORMAT_FD);
     can_frame_t frame;
@@ -211,19 +211,19 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_bit_rates_are_those_of_the_wire);
     RUN_TEST(test_can_fd_and_its_bit_rate_switch_are_on_only_where_the_wire_has_them);
-    RUN_TEST(test_every_frame_that_the_guard_hears_comes_in);
-    RUN_TEST(test_no_other_frame_comes_in);
+    RUN_TEST(test_every_frame_for_the_guard_is_received);
+    RUN_TEST(test_no_other_frame_is_received);
     RUN_TEST(test_bytes_keep_their_order_and_the_rest_is_zero);
-    RUN_TEST(test_a_length_above_8_is_told_as_it_is_on_the_wire);
-    RUN_TEST(test_a_remote_request_is_told_as_one);
+    RUN_TEST(test_a_length_above_8_is_reported_as_on_the_wire);
+    RUN_TEST(test_a_remote_request_is_reported_as_such);
     RUN_TEST(test_a_sync_is_read_before_the_readings_of_its_cycle);
     RUN_TEST(test_a_fifo_wraps_around);
     RUN_TEST(test_a_lost_frame_is_an_overflow_once);
-    RUN_TEST(test_an_answer_goes_out_with_the_stop_command_first);
-    RUN_TEST(test_an_answer_that_did_not_go_out_is_taken_back_and_never_sent_late);
-    RUN_TEST(test_a_frame_on_the_wire_leaves_room_for_the_next_answer);
-    RUN_TEST(test_an_answer_without_room_says_so);
-    RUN_TEST(test_bus_off_is_told_and_its_recovery_begins);
-    RUN_TEST(test_a_controller_that_does_not_answer_at_start_is_a_bus_that_is_down);
+    RUN_TEST(test_an_answer_is_sent_with_the_stop_command_first);
+    RUN_TEST(test_an_unsent_answer_is_cancelled_and_never_sent_late);
+    RUN_TEST(test_a_frame_in_transmission_leaves_buffers_for_the_next_answer);
+    RUN_TEST(test_an_answer_without_a_free_buffer_is_reported);
+    RUN_TEST(test_bus_off_is_reported_and_its_recovery_begins);
+    RUN_TEST(test_a_controller_that_does_not_answer_at_start_is_reported_as_bus_down);
     return UNITY_END();
 }

@@ -30,7 +30,7 @@ static void test_a_cycle_number_that_jumps_ends_the_permission_at_once(void) {
     }
 }
 
-static void test_cycle_numbers_that_go_on_jumping_never_permit(void) {
+static void test_cycle_numbers_that_keep_jumping_never_permit(void) {
     for (uint32_t i = 0; i < 600u; ++i) {
         jump(17u);
         receive(&bench, reset_frame(&bench, bench.out.trip_number, (i % 2u) != 0u));
@@ -39,7 +39,7 @@ static void test_cycle_numbers_that_go_on_jumping_never_permit(void) {
     TEST_ASSERT_TRUE(bench.guard.counters.sequence_errors > 500u);
 }
 
-static void test_an_observer_that_starts_again_needs_its_settling_time(void) {
+static void test_a_restarted_observer_needs_its_settling_time(void) {
     run_until_permitted(&bench);
     jump(17u);
     uint32_t taken = 0;
@@ -52,7 +52,7 @@ static void test_an_observer_that_starts_again_needs_its_settling_time(void) {
     TEST_ASSERT_TRUE(bench.guard.settled_cycles >= SETTLING_CYCLES);
 }
 
-static void test_snapshots_that_no_tick_evaluates_keep_nothing_fresh(void) {
+static void test_snapshots_without_an_evaluation_do_not_keep_the_permission(void) {
     run_until_permitted(&bench);
     uint32_t taken = 0;
     while (bench.out.permitted && (taken < 100u)) {
@@ -62,7 +62,7 @@ static void test_snapshots_that_no_tick_evaluates_keep_nothing_fresh(void) {
         for (uint32_t i = 0; i < JOINTS; ++i) {
             receive(&bench, joint_frame(&bench, i));
         }
-        bench.guard.inputs.snapshot.taken = true; /* a fault: the complete snapshot is never taken */
+        bench.guard.inputs.snapshot.taken = true; /* a fault: the complete snapshot is never evaluated */
         bench.guard.inputs.snapshot.taken_cycle = bench.cycle;
         tick(&bench);
         ++taken;
@@ -80,7 +80,7 @@ static void test_a_contact_from_power_on_never_gets_a_permission(void) {
     }
 }
 
-static void test_readings_that_are_late_by_multiples_of_sixteen_cycles_are_late(void) {
+static void test_readings_late_by_multiples_of_sixteen_cycles_count_as_late(void) {
     for (uint32_t late = 16u; late <= 48u; late += 16u) {
         start(&bench);
         run_until_permitted(&bench);
@@ -137,7 +137,7 @@ static void test_there_is_no_permission_before_time_and_cycles_have_agreed(void)
     bench.guard.inputs.window_cycles = 0;
     silent_cycles(&bench, DEADLINE_CYCLES + 1u);
     const uint8_t number = bench.out.trip_number;
-    for (uint32_t i = 0; i < 20u; ++i) { /* everything else has been good for a long time */
+    for (uint32_t i = 0; i < 20u; ++i) { /* all other conditions have been met for a long time */
         bench.guard.settled_cycles = UINT16_MAX;
         cycle(&bench);
         TEST_ASSERT_FALSE(bench.guard.healthy);
@@ -147,7 +147,7 @@ static void test_there_is_no_permission_before_time_and_cycles_have_agreed(void)
     TEST_ASSERT_TRUE(bench.out.permitted);
 }
 
-static void test_a_silent_task_is_missed_by_cycles_when_the_clock_is_slow(void) {
+static void test_a_silent_task_is_detected_by_cycles_when_the_clock_is_slow(void) {
     run_until_permitted(&bench);
     uint32_t taken = 0;
     while (bench.out.permitted && (taken < 100u)) {
@@ -164,7 +164,7 @@ static void test_a_silent_task_is_missed_by_cycles_when_the_clock_is_slow(void) 
     assert_stopped(&bench, GUARD_REASON_TASK_TIMEOUT, 0u);
 }
 
-static void test_a_clock_that_stands_is_a_fault(void) {
+static void test_a_stopped_clock_is_a_fault(void) {
     run_until_permitted(&bench);
     for (uint32_t i = 0; i < 10u; ++i) {
         bench.now_us -= PERIOD_US;
@@ -177,7 +177,7 @@ static void test_a_task_command_of_another_cycle_is_late(void) {
     run_until_permitted(&bench);
     uint32_t taken = 0;
     while (bench.out.permitted && (taken < 100u)) {
-        const can_frame_t stale = task_frame(&bench); /* of the cycle before */
+        const can_frame_t stale = task_frame(&bench); /* of the previous cycle */
         next_cycle(&bench);
         receive(&bench, sync_frame(&bench));
         receive(&bench, stale);
@@ -193,7 +193,7 @@ static void test_a_task_command_of_another_cycle_is_late(void) {
 
 /* --- two copies of the permission --------------------------------------------------------------------------------- */
 
-static void test_the_inverted_copy_comes_by_another_path(void) {
+static void test_the_inverted_copy_is_computed_on_another_path(void) {
     run_until_permitted(&bench);
     bench.guard.acknowledged = false; /* a fault that the state does not show */
     cycle(&bench);
@@ -205,16 +205,16 @@ static void test_the_inverted_copy_comes_by_another_path(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_cycle_number_that_jumps_ends_the_permission_at_once);
-    RUN_TEST(test_cycle_numbers_that_go_on_jumping_never_permit);
-    RUN_TEST(test_an_observer_that_starts_again_needs_its_settling_time);
-    RUN_TEST(test_snapshots_that_no_tick_evaluates_keep_nothing_fresh);
+    RUN_TEST(test_cycle_numbers_that_keep_jumping_never_permit);
+    RUN_TEST(test_a_restarted_observer_needs_its_settling_time);
+    RUN_TEST(test_snapshots_without_an_evaluation_do_not_keep_the_permission);
     RUN_TEST(test_a_contact_from_power_on_never_gets_a_permission);
-    RUN_TEST(test_readings_that_are_late_by_multiples_of_sixteen_cycles_are_late);
+    RUN_TEST(test_readings_late_by_multiples_of_sixteen_cycles_count_as_late);
     RUN_TEST(test_time_and_cycles_must_agree_within_a_quarter);
     RUN_TEST(test_there_is_no_permission_before_time_and_cycles_have_agreed);
-    RUN_TEST(test_a_silent_task_is_missed_by_cycles_when_the_clock_is_slow);
-    RUN_TEST(test_a_clock_that_stands_is_a_fault);
+    RUN_TEST(test_a_silent_task_is_detected_by_cycles_when_the_clock_is_slow);
+    RUN_TEST(test_a_stopped_clock_is_a_fault);
     RUN_TEST(test_a_task_command_of_another_cycle_is_late);
-    RUN_TEST(test_the_inverted_copy_comes_by_another_path);
+    RUN_TEST(test_the_inverted_copy_is_computed_on_another_path);
     return UNITY_END();
 }

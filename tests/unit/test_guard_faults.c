@@ -56,7 +56,7 @@ static void test_any_flipped_bit_of_the_configuration_is_a_fault_within_one_roun
         for (uint32_t i = 0; (i < 2u * round) && (bench.out.state != GUARD_STATE_FAULT); ++i) {
             cycle(&bench);
         }
-        TEST_ASSERT_EQUAL_MESSAGE(GUARD_STATE_FAULT, bench.out.state, "a flipped bit went unseen");
+        TEST_ASSERT_EQUAL_MESSAGE(GUARD_STATE_FAULT, bench.out.state, "a flipped bit was not detected");
     }
 }
 
@@ -70,7 +70,7 @@ static void test_a_flipped_bit_of_the_state_is_a_fault(void) {
     }
 }
 
-static void test_a_residual_that_is_no_number_is_a_fault(void) {
+static void test_a_residual_that_is_not_a_number_is_a_fault(void) {
     run_until_permitted(&bench);
 #ifdef TAUPERP_FIXED
     bench.guard.observer.residual[4] =
@@ -85,7 +85,7 @@ static void test_a_residual_that_is_no_number_is_a_fault(void) {
 #endif
 }
 
-static void test_what_the_board_tells_latches_from_any_running_state(void) {
+static void test_a_fault_reported_by_the_board_latches_in_any_running_state(void) {
     guard_trip(&bench.guard, GUARD_REASON_BUS_OFF); /* before the first tick: not forgotten */
     cycles(&bench, 100u);
     assert_stopped(&bench, GUARD_REASON_BUS_OFF, 0u);
@@ -118,7 +118,7 @@ static void test_the_self_test_of_an_arm_too_heavy_for_its_numbers_saturates(voi
     }
 }
 
-/* Found by tests/fuzz: the permission stayed, but its inverted copy said stop for one tick. */
+/* Found by tests/fuzz: the permission stayed, but its inverted copy meant stop for one tick. */
 static void test_a_board_that_reports_no_fault_changes_nothing(void) {
     run_until_permitted(&bench);
     guard_trip(&bench.guard, GUARD_REASON_NONE);
@@ -128,7 +128,7 @@ static void test_a_board_that_reports_no_fault_changes_nothing(void) {
     TEST_ASSERT_FALSE(bench.out.withheld);
 }
 
-static void test_a_guard_without_a_good_configuration_says_stop(void) {
+static void test_a_guard_without_a_good_configuration_sends_stop(void) {
     bench.config.period_us = 0u;
     TEST_ASSERT_EQUAL(GUARD_BAD_CRC, guard_init(&bench.guard, &bench.config));
     cycles(&bench, 5u);
@@ -154,11 +154,11 @@ int main(void) {
     RUN_TEST(test_a_reception_after_its_own_tick_is_a_fault);
     RUN_TEST(test_any_flipped_bit_of_the_configuration_is_a_fault_within_one_round);
     RUN_TEST(test_a_flipped_bit_of_the_state_is_a_fault);
-    RUN_TEST(test_a_residual_that_is_no_number_is_a_fault);
-    RUN_TEST(test_what_the_board_tells_latches_from_any_running_state);
+    RUN_TEST(test_a_residual_that_is_not_a_number_is_a_fault);
+    RUN_TEST(test_a_fault_reported_by_the_board_latches_in_any_running_state);
     RUN_TEST(test_the_self_test_of_an_arm_too_heavy_for_its_numbers_saturates);
     RUN_TEST(test_a_board_that_reports_no_fault_changes_nothing);
-    RUN_TEST(test_a_guard_without_a_good_configuration_says_stop);
+    RUN_TEST(test_a_guard_without_a_good_configuration_sends_stop);
     RUN_TEST(test_a_tick_before_the_last_one_is_a_fault);
     return UNITY_END();
 }

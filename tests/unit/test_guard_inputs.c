@@ -47,7 +47,7 @@ static void test_any_flipped_bit_of_a_frame_is_dropped_and_counted_once(void) {
         cycle(&bench);
         assert_only(after, (guard_counters_t){.lost_frames = 1});
         TEST_ASSERT_TRUE(bench.out.permitted);
-        cycles(&bench, 12u); /* now and then, because one bad frame in two would have consequences of its own */
+        cycles(&bench, 12u); /* rarely, because one bad frame in two would cause ErrorRate */
     }
 }
 
@@ -88,7 +88,7 @@ static void test_a_repeated_sync_does_not_start_a_cycle_again(void) {
     TEST_ASSERT_EQUAL(1, bench.guard.counters.sequence_errors);
 }
 
-static void test_a_frame_of_the_cycle_before_is_late_and_does_not_reach_this_one(void) {
+static void test_a_frame_of_the_previous_cycle_is_late_and_not_used(void) {
     next_cycle(&bench);
     const can_frame_t stale = joint_frame(&bench, 2u);
     cycle_with((can_frame_t){.id = 0x7FFu, .length = 8u}); /* joint 3 is silent in its own cycle */
@@ -114,7 +114,7 @@ static void test_frames_that_overtake_each_other_are_refused(void) {
     assert_only(before, (guard_counters_t){.sequence_errors = 1});
 }
 
-static void test_a_lost_sync_costs_its_cycle_and_no_more(void) {
+static void test_a_lost_sync_loses_only_its_cycle(void) {
     next_cycle(&bench);
     receive(&bench, task_frame(&bench));
     const guard_counters_t before = counters();
@@ -146,7 +146,7 @@ static void test_a_wrong_length_is_refused(void) {
 
 #define STOP_COMMAND 0x010u
 
-static void test_an_unknown_id_is_refused_and_harms_nothing(void) {
+static void test_an_unknown_id_is_refused_without_further_effect(void) {
     for (uint32_t id = 0; id < 0x900u; ++id) {
         if ((protocol_slot(id) == (uint32_t)PROTOCOL_RECEIVE_COUNT) && (id != STOP_COMMAND)) {
             const guard_counters_t before = counters();
@@ -259,7 +259,7 @@ static void test_not_available_is_refused_where_the_robot_would_allow_the_value(
     assert_stopped(&bench, GUARD_REASON_INPUT_RANGE, 1u);
 }
 
-static void test_of_two_faults_in_one_tick_the_first_is_reported(void) {
+static void test_the_first_of_two_faults_in_one_tick_is_reported(void) {
     bench.sensor_status[2] = 1u;
     bench.torque[4] = INT16_MIN;
     cycle(&bench);
@@ -275,7 +275,7 @@ static void test_a_value_beyond_the_robots_limits_ends_the_permission_at_once(vo
     assert_range_trip(5u);
 }
 
-static void test_any_sensor_status_but_ok_ends_the_permission_at_once(void) {
+static void test_any_sensor_status_except_ok_ends_the_permission_at_once(void) {
     for (uint8_t status = 1; status < 4u; ++status) {
         bench.sensor_status[6] = status;
         cycle(&bench);
@@ -285,7 +285,7 @@ static void test_any_sensor_status_but_ok_ends_the_permission_at_once(void) {
     }
 }
 
-static void test_every_task_number_but_the_configured_ones_is_invalid(void) {
+static void test_every_task_number_except_the_configured_ones_is_invalid(void) {
     for (uint8_t task = 0; task < 16u; ++task) {
         bench.task = task;
         cycle(&bench);
@@ -342,7 +342,7 @@ static void test_counters_stop_at_their_maximum(void) {
     TEST_ASSERT_EQUAL(UINT16_MAX, bench.guard.counters.format_errors);
 }
 
-static void test_fd_frames_are_heard_and_sent_when_configured(void) {
+static void test_fd_frames_are_received_and_sent_when_configured(void) {
     guard_config_t config = make_config();
     config.format = FORMAT_FD;
     seal_config(&config);
@@ -366,11 +366,11 @@ int main(void) {
     RUN_TEST(test_a_joint_whose_frames_are_all_corrupt_ends_the_permission_at_its_deadline);
     RUN_TEST(test_a_repeated_frame_is_dropped_and_counted);
     RUN_TEST(test_a_repeated_sync_does_not_start_a_cycle_again);
-    RUN_TEST(test_a_frame_of_the_cycle_before_is_late_and_does_not_reach_this_one);
+    RUN_TEST(test_a_frame_of_the_previous_cycle_is_late_and_not_used);
     RUN_TEST(test_frames_that_overtake_each_other_are_refused);
-    RUN_TEST(test_a_lost_sync_costs_its_cycle_and_no_more);
+    RUN_TEST(test_a_lost_sync_loses_only_its_cycle);
     RUN_TEST(test_a_wrong_length_is_refused);
-    RUN_TEST(test_an_unknown_id_is_refused_and_harms_nothing);
+    RUN_TEST(test_an_unknown_id_is_refused_without_further_effect);
     RUN_TEST(test_a_stop_command_of_another_guard_ends_the_permission_at_once);
     RUN_TEST(test_two_guards_permit_nothing_from_the_start_and_no_reset_helps);
     RUN_TEST(test_an_extended_id_is_not_the_one_of_a_stop_command);
@@ -380,13 +380,13 @@ int main(void) {
     RUN_TEST(test_a_value_that_is_not_available_ends_the_permission_at_once);
     RUN_TEST(test_a_value_beyond_the_robots_limits_ends_the_permission_at_once);
     RUN_TEST(test_not_available_is_refused_where_the_robot_would_allow_the_value);
-    RUN_TEST(test_of_two_faults_in_one_tick_the_first_is_reported);
-    RUN_TEST(test_any_sensor_status_but_ok_ends_the_permission_at_once);
-    RUN_TEST(test_every_task_number_but_the_configured_ones_is_invalid);
+    RUN_TEST(test_the_first_of_two_faults_in_one_tick_is_reported);
+    RUN_TEST(test_any_sensor_status_except_ok_ends_the_permission_at_once);
+    RUN_TEST(test_every_task_number_except_the_configured_ones_is_invalid);
     RUN_TEST(test_an_acceleration_that_is_not_available_ends_the_permission_at_once);
     RUN_TEST(test_a_sync_whose_cycle_does_not_match_its_counter_is_refused);
     RUN_TEST(test_a_refused_frame_never_moves_a_reading);
     RUN_TEST(test_counters_stop_at_their_maximum);
-    RUN_TEST(test_fd_frames_are_heard_and_sent_when_configured);
+    RUN_TEST(test_fd_frames_are_received_and_sent_when_configured);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* What a start and a trip leave behind: which reset ends it, and what a worse event changes. */
+/* After a start or a trip: the reset that ends the latch, and the effect of a worse event. */
 #include "guard_fixture.h"
 
 static bench_t bench;
@@ -76,7 +76,7 @@ static void test_a_saturated_result_blocks_the_first_permission(void) {
     }
 }
 
-static void test_a_worse_fault_of_the_same_tick_is_the_one_that_stays(void) {
+static void test_the_worse_of_two_faults_in_one_tick_stays(void) {
     run_until_permitted(&bench);
     guard_trip(&bench.guard, GUARD_REASON_STATE_CORRUPT);
     guard_trip(&bench.guard, GUARD_REASON_BUS_OFF);
@@ -108,7 +108,7 @@ static void test_a_second_collision_raises_the_category_with_a_new_number(void) 
     TEST_ASSERT_EQUAL(number + 1u, bench.out.trip_number);
 }
 
-static void test_a_collision_that_goes_on_is_not_a_second_one(void) {
+static void test_a_continuing_collision_is_not_a_second_one(void) {
     run_until_permitted(&bench);
     push(&bench, 2u, 800);
     cycles(&bench, 300u);
@@ -162,9 +162,9 @@ int main(void) {
     RUN_TEST(test_an_edge_counts_only_if_both_frames_came_after_the_trip);
     RUN_TEST(test_a_trip_reported_before_the_first_tick_is_not_forgotten);
     RUN_TEST(test_a_saturated_result_blocks_the_first_permission);
-    RUN_TEST(test_a_worse_fault_of_the_same_tick_is_the_one_that_stays);
+    RUN_TEST(test_the_worse_of_two_faults_in_one_tick_stays);
     RUN_TEST(test_a_second_collision_raises_the_category_with_a_new_number);
-    RUN_TEST(test_a_collision_that_goes_on_is_not_a_second_one);
+    RUN_TEST(test_a_continuing_collision_is_not_a_second_one);
     RUN_TEST(test_a_contact_that_grows_on_another_joint_is_a_second_one);
     RUN_TEST(test_silence_faults_and_the_board_raise_the_category_of_a_stop);
     return UNITY_END();

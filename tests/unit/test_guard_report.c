@@ -33,7 +33,7 @@ static void test_every_frame_is_sealed_and_counts_by_one(void) {
     }
 }
 
-static void test_every_page_and_every_joint_comes_round_in_22_ticks(void) {
+static void test_every_page_and_every_joint_is_sent_within_22_ticks(void) {
     uint32_t pages = 0;
     uint32_t joints = 0;
     for (uint32_t i = 0; i < 22u; ++i) {
@@ -58,7 +58,7 @@ static const can_frame_t *page(uint8_t number) {
             return frame;
         }
     }
-    TEST_FAIL_MESSAGE("the page never came");
+    TEST_FAIL_MESSAGE("the page was never sent");
     return NULL;
 }
 
@@ -91,7 +91,7 @@ static void test_the_configuration_in_force_is_named(void) {
     TEST_ASSERT_EQUAL(JOINTS, frame->data[2] & 0x0F);
 }
 
-static void test_tick_time_and_deadline_margin_are_told(void) {
+static void test_tick_time_and_deadline_margin_are_reported(void) {
     guard_note_tick_time(&bench.guard, 123u);
     TEST_ASSERT_EQUAL(123, get16(page(0u)->data + 6));
     guard_note_tick_time(&bench.guard, 77u);
@@ -103,7 +103,7 @@ static void test_tick_time_and_deadline_margin_are_told(void) {
     TEST_ASSERT_EQUAL(DEADLINE_CYCLES * PERIOD_US, get16(page(6u)->data + 6)); /* since the last page */
 }
 
-static void test_a_joints_residual_is_told_in_hundredths(void) {
+static void test_a_joints_residual_is_sent_in_hundredths(void) {
     bench.torque[0] = 15000; /* 150 Nm where the gravity torque is zero */
     bench.task = TASK_NONE;
     cycles(&bench, 200u);
@@ -158,7 +158,7 @@ static void test_a_slow_contact_that_ends_is_a_touch(void) {
     TEST_ASSERT_EQUAL(CONTACT_CLASS_TOUCH, bench.out.contact_class);
 }
 
-/* Link 1 is needed. Its middle is on its axis: no force there is seen. */
+/* Link 1 is needed. Its middle is on its axis: no force there is detected. */
 static void start_with_a_blind_link(sight_reaction_t reaction) {
     guard_config_t config = make_config();
     config.sight.reaction = (uint32_t)reaction;
@@ -177,7 +177,7 @@ static void test_a_blind_link_is_reported(void) {
     TEST_ASSERT_EQUAL_HEX8(0x81u, bench.out.frame[0].data[4]); /* full speed, no reason */
 }
 
-/* Both tasks need the last link. d_e never sees it. */
+/* Both tasks need the last link. d_e never detects a force on it. */
 static void start_needing_the_last_link(sight_reaction_t reaction) {
     guard_config_t config = make_config();
     config.sight.reaction = (uint32_t)reaction;
@@ -224,11 +224,11 @@ static void test_a_link_that_becomes_blind_is_a_stop(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_every_frame_is_sealed_and_counts_by_one);
-    RUN_TEST(test_every_page_and_every_joint_comes_round_in_22_ticks);
+    RUN_TEST(test_every_page_and_every_joint_is_sent_within_22_ticks);
     RUN_TEST(test_counters_are_on_their_pages);
     RUN_TEST(test_the_configuration_in_force_is_named);
-    RUN_TEST(test_tick_time_and_deadline_margin_are_told);
-    RUN_TEST(test_a_joints_residual_is_told_in_hundredths);
+    RUN_TEST(test_tick_time_and_deadline_margin_are_reported);
+    RUN_TEST(test_a_joints_residual_is_sent_in_hundredths);
     RUN_TEST(test_a_trip_keeps_its_channel_joint_value_and_threshold);
     RUN_TEST(test_a_contact_that_stays_is_clamping);
     RUN_TEST(test_a_slow_contact_that_ends_is_a_touch);

@@ -1,4 +1,4 @@
-/* What the guard makes of its senders and their readings: error rates, a second sender, implausible values. */
+/* The guard's checks of senders and readings: error rates, a second sender, implausible values. */
 #include "guard_fixture.h"
 
 static bench_t bench;
@@ -10,7 +10,7 @@ void tearDown(void) {}
 
 /* --- senders ------------------------------------------------------------------------------------------------------ */
 
-static void test_a_sender_with_many_bad_frames_is_a_stop(void) {
+static void test_a_sender_with_many_bad_frames_causes_a_stop(void) {
     run_until_permitted(&bench);
     uint32_t taken = 0;
     while (bench.out.permitted && (taken < 1000u)) {
@@ -38,7 +38,7 @@ static void test_one_bad_frame_in_twenty_has_no_consequence(void) {
 }
 
 /* Each gap is short enough to be bridged, but the gaps do not end. */
-static void test_a_joint_that_loses_three_frames_in_four_is_a_stop(void) {
+static void test_a_joint_that_loses_three_frames_in_four_causes_a_stop(void) {
     run_until_permitted(&bench);
     uint32_t taken = 0;
     while (bench.out.permitted && (taken < 1000u)) {
@@ -58,7 +58,7 @@ static void test_a_joint_that_loses_three_frames_in_four_is_a_stop(void) {
 }
 
 /* A GuardReset is an event: after a restart the controller's counter jumps. */
-static void test_a_reset_whose_counter_jumps_is_no_sender_with_losses(void) {
+static void test_a_counter_jump_of_guard_reset_does_not_count_as_losses(void) {
     run_until_permitted(&bench);
     for (uint32_t i = 0; i < 20u; ++i) {
         bench.reset_counter += 13u;
@@ -84,7 +84,7 @@ static void test_one_lost_frame_in_ten_has_no_consequence(void) {
     }
 }
 
-static void test_a_counter_twice_a_cycle_in_cycle_after_cycle_is_another_sender(void) {
+static void test_a_counter_received_twice_in_every_cycle_means_another_sender(void) {
     run_until_permitted(&bench);
     uint32_t taken = 0;
     while (bench.out.permitted && (taken < 100u)) {
@@ -96,7 +96,7 @@ static void test_a_counter_twice_a_cycle_in_cycle_after_cycle_is_another_sender(
     TEST_ASSERT_TRUE(taken <= 5u);
 }
 
-static void test_a_single_repetition_is_no_other_sender(void) {
+static void test_a_single_repetition_does_not_mean_another_sender(void) {
     run_until_permitted(&bench);
     for (uint32_t i = 0; i < 50u; ++i) {
         receive(&bench, joint_frame(&bench, 5u));
@@ -114,14 +114,14 @@ static void test_a_position_that_jumps_is_implausible(void) {
     assert_stopped(&bench, GUARD_REASON_IMPLAUSIBLE, 6u);
 }
 
-static void test_a_velocity_that_the_position_does_not_show_is_implausible(void) {
+static void test_a_velocity_without_a_change_of_position_is_implausible(void) {
     run_until_permitted(&bench);
     bench.velocity[6] = 1200; /* 0.3 rad/s, but the position stays */
     cycles(&bench, 40u);
     assert_stopped(&bench, GUARD_REASON_IMPLAUSIBLE, 7u);
 }
 
-static void test_a_joint_that_moves_as_it_says_is_plausible(void) {
+static void test_a_joint_whose_position_follows_its_velocity_is_plausible(void) {
     run_until_permitted(&bench);
     for (uint32_t i = 0; i < 400u; ++i) {
         bench.velocity[6] = (int16_t)((i < 100u) ? (20 * i) : 2000u); /* up to 0.5 rad/s; joint 7 carries little load */
@@ -160,16 +160,16 @@ static void test_a_torque_that_repeats_bit_for_bit_while_the_arm_moves_is_frozen
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_sender_with_many_bad_frames_is_a_stop);
+    RUN_TEST(test_a_sender_with_many_bad_frames_causes_a_stop);
     RUN_TEST(test_one_bad_frame_in_twenty_has_no_consequence);
-    RUN_TEST(test_a_joint_that_loses_three_frames_in_four_is_a_stop);
+    RUN_TEST(test_a_joint_that_loses_three_frames_in_four_causes_a_stop);
     RUN_TEST(test_one_lost_frame_in_ten_has_no_consequence);
-    RUN_TEST(test_a_reset_whose_counter_jumps_is_no_sender_with_losses);
-    RUN_TEST(test_a_counter_twice_a_cycle_in_cycle_after_cycle_is_another_sender);
-    RUN_TEST(test_a_single_repetition_is_no_other_sender);
+    RUN_TEST(test_a_counter_jump_of_guard_reset_does_not_count_as_losses);
+    RUN_TEST(test_a_counter_received_twice_in_every_cycle_means_another_sender);
+    RUN_TEST(test_a_single_repetition_does_not_mean_another_sender);
     RUN_TEST(test_a_position_that_jumps_is_implausible);
-    RUN_TEST(test_a_velocity_that_the_position_does_not_show_is_implausible);
-    RUN_TEST(test_a_joint_that_moves_as_it_says_is_plausible);
+    RUN_TEST(test_a_velocity_without_a_change_of_position_is_implausible);
+    RUN_TEST(test_a_joint_whose_position_follows_its_velocity_is_plausible);
     RUN_TEST(test_a_torque_at_the_end_of_its_range_is_out_of_range);
     RUN_TEST(test_a_torque_that_repeats_bit_for_bit_while_the_arm_moves_is_frozen);
     return UNITY_END();

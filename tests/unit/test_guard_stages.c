@@ -83,7 +83,7 @@ static void test_a_stage_that_stops_running_is_a_fault_at_once(void) {
 }
 
 /* From the start, with a collision on the arm: a guard that continued would not detect it. */
-static void test_a_stage_that_never_ran_is_found_by_the_self_test_or_the_first_tick(void) {
+static void test_a_stage_that_never_ran_is_detected_by_the_self_test_or_the_first_tick(void) {
     for (unsigned stage = 1u; stage <= STAGES; ++stage) {
         setUp();
         dead = stage;
@@ -105,6 +105,6 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_projection_that_does_not_converge_is_a_fault_at_once);
     RUN_TEST(test_a_stage_that_stops_running_is_a_fault_at_once);
-    RUN_TEST(test_a_stage_that_never_ran_is_found_by_the_self_test_or_the_first_tick);
+    RUN_TEST(test_a_stage_that_never_ran_is_detected_by_the_self_test_or_the_first_tick);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* When the guard permits motion: start-up, deadlines, trips, resets. */
+/* The conditions of a permission: start-up, deadlines, trips, resets. */
 #include "guard_fixture.h"
 
 static bench_t bench;
@@ -8,7 +8,7 @@ void setUp(void) {
 }
 void tearDown(void) {}
 
-static void test_motion_is_not_permitted_before_every_input_is_in(void) {
+static void test_motion_is_not_permitted_before_every_input_was_received(void) {
     silent_cycles(&bench, 70u);
     TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
     TEST_ASSERT_EQUAL(GUARD_REASON_WAITING_SYNC, bench.out.reason);
@@ -34,7 +34,7 @@ static void test_the_first_tick_is_the_self_test_and_permits_nothing(void) {
     TEST_ASSERT_TRUE(taken <= 66u);
 }
 
-static void test_permission_comes_with_fresh_inputs_and_every_tick(void) {
+static void test_permission_is_given_with_fresh_inputs_in_every_tick(void) {
     run_until_permitted(&bench);
     for (uint32_t i = 0; i < 500u; ++i) {
         cycle(&bench);
@@ -138,7 +138,7 @@ static void test_a_trip_stays_when_the_collision_is_over(void) {
     assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
 }
 
-static void test_a_reset_that_names_the_trip_brings_the_permission_back(void) {
+static void test_a_reset_that_names_the_trip_restores_the_permission(void) {
     run_until_permitted(&bench);
     collide(20u);
     cycles(&bench, 200u);
@@ -156,7 +156,7 @@ static void test_a_reset_with_another_number_is_refused_and_counted(void) {
     TEST_ASSERT_EQUAL(1, bench.guard.counters.resets_refused);
 }
 
-static void test_a_reset_while_the_collision_goes_on_is_refused(void) {
+static void test_a_reset_during_the_collision_is_refused(void) {
     run_until_permitted(&bench);
     bench.torque[2] = (int16_t)(bench.torque[2] + 800);
     cycles(&bench, 300u);
@@ -176,7 +176,7 @@ static void test_a_reset_before_the_inputs_were_good_for_long_enough_is_refused(
     TEST_ASSERT_TRUE(bench.out.permitted);
 }
 
-static void test_a_request_that_stays_at_one_is_no_reset(void) {
+static void test_a_request_that_stays_at_one_is_not_a_reset(void) {
     run_until_permitted(&bench);
     ask_reset(&bench, 1u); /* an edge before the trip */
     TEST_ASSERT_EQUAL(1, bench.guard.counters.resets_refused);
@@ -230,7 +230,7 @@ static void test_a_task_that_is_not_configured_is_invalid(void) {
     assert_stopped(&bench, GUARD_REASON_TASK_INVALID, 0u);
 }
 
-static void test_at_time_zero_nothing_has_been_heard_yet(void) {
+static void test_at_time_zero_no_input_counts_as_received(void) {
     bench.now_us = 0u;
     tick(&bench);
     for (uint32_t i = 0; i < 70u; ++i) {
@@ -307,9 +307,9 @@ static void test_the_guard_fits_its_memory(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_motion_is_not_permitted_before_every_input_is_in);
+    RUN_TEST(test_motion_is_not_permitted_before_every_input_was_received);
     RUN_TEST(test_the_first_tick_is_the_self_test_and_permits_nothing);
-    RUN_TEST(test_permission_comes_with_fresh_inputs_and_every_tick);
+    RUN_TEST(test_permission_is_given_with_fresh_inputs_in_every_tick);
     RUN_TEST(test_without_a_task_motion_is_never_permitted);
     RUN_TEST(test_one_lost_cycle_is_bridged);
     RUN_TEST(test_a_silent_bus_ends_the_permission_at_the_deadline_and_latches);
@@ -317,16 +317,16 @@ int main(void) {
     RUN_TEST(test_a_silent_task_ends_the_permission_at_its_deadline);
     RUN_TEST(test_a_collision_trips_with_joint_value_and_number);
     RUN_TEST(test_a_trip_stays_when_the_collision_is_over);
-    RUN_TEST(test_a_reset_that_names_the_trip_brings_the_permission_back);
+    RUN_TEST(test_a_reset_that_names_the_trip_restores_the_permission);
     RUN_TEST(test_a_reset_with_another_number_is_refused_and_counted);
-    RUN_TEST(test_a_reset_while_the_collision_goes_on_is_refused);
+    RUN_TEST(test_a_reset_during_the_collision_is_refused);
     RUN_TEST(test_a_reset_before_the_inputs_were_good_for_long_enough_is_refused);
-    RUN_TEST(test_a_request_that_stays_at_one_is_no_reset);
+    RUN_TEST(test_a_request_that_stays_at_one_is_not_a_reset);
     RUN_TEST(test_every_trip_has_its_own_number);
     RUN_TEST(test_a_change_of_task_never_interrupts_the_permission);
     RUN_TEST(test_an_invalid_task_ends_the_permission_at_once);
     RUN_TEST(test_a_task_that_is_not_configured_is_invalid);
-    RUN_TEST(test_at_time_zero_nothing_has_been_heard_yet);
+    RUN_TEST(test_at_time_zero_no_input_counts_as_received);
     RUN_TEST(test_the_first_permission_waits_until_the_observer_has_settled);
     RUN_TEST(test_a_collision_at_start_up_permits_nothing_and_latches);
     RUN_TEST(test_a_new_trip_needs_its_own_healthy_time);

@@ -1,4 +1,4 @@
-/* What each index explains. Contacts by component: test_index_contact.c; a filter behind the projection:
+/* The torque that each index explains. Contacts by component: test_index_contact.c; a filter after the projection:
  * test_index_bank.c. */
 #include "index_fixture.h"
 
@@ -74,7 +74,7 @@ static void test_any_wrench_at_the_end_effector_is_explained_in_contact(void) {
     }
 }
 
-static void test_what_no_wrench_explains_stays_as_it_is(void) {
+static void test_torque_that_no_wrench_explains_stays_unchanged(void) {
     const index_kind_t kinds[] = {INDEX_RESIDUAL, INDEX_PAYLOAD, INDEX_CONTACT};
     double r[N];
     unexplained_by_all(8.0, r);
@@ -107,7 +107,7 @@ static void test_no_acceleration_and_one_along_gravity_drop_the_column_and_agree
     }
 }
 
-static void test_gravity_in_any_direction_is_told_from_acceleration(void) {
+static void test_gravity_in_any_direction_is_distinguished_from_acceleration(void) {
     robot_t tilted = robot_ku_dex;
     robot = &tilted;
     random_start(64);
@@ -181,7 +181,7 @@ static void test_moments_count_by_their_lever(void) {
     TEST_ASSERT_TRUE(size_of(index_state.unexplained) > 0.5);
 }
 
-static void test_the_tolerance_is_where_a_direction_stops_being_explained(void) {
+static void test_directions_below_the_tolerance_are_not_explained(void) {
     step(INDEX_CONTACT);
     subspace_t apart;
     num_t singular[SUBSPACE_MAX_COLUMNS];
@@ -203,13 +203,13 @@ int main(void) {
     RUN_TEST(test_a_payload_at_any_pose_is_explained);
     RUN_TEST(test_a_force_across_gravity_and_acceleration_is_not_a_payload);
     RUN_TEST(test_any_wrench_at_the_end_effector_is_explained_in_contact);
-    RUN_TEST(test_what_no_wrench_explains_stays_as_it_is);
+    RUN_TEST(test_torque_that_no_wrench_explains_stays_unchanged);
     RUN_TEST(test_no_acceleration_and_one_along_gravity_drop_the_column_and_agree);
-    RUN_TEST(test_gravity_in_any_direction_is_told_from_acceleration);
+    RUN_TEST(test_gravity_in_any_direction_is_distinguished_from_acceleration);
     RUN_TEST(test_an_acceleration_too_small_to_matter_is_dropped);
     RUN_TEST(test_without_gravity_the_whole_acceleration_counts);
     RUN_TEST(test_all_zero_input_gives_zero_and_rank_0);
     RUN_TEST(test_moments_count_by_their_lever);
-    RUN_TEST(test_the_tolerance_is_where_a_direction_stops_being_explained);
+    RUN_TEST(test_directions_below_the_tolerance_are_not_explained);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* Project first, then filter: the index with one channel of the bank behind it. */
+/* Project first, then filter: the index, followed by one channel of the bank. */
 #include "bank.h"
 
 #include "index_fixture.h"
@@ -52,7 +52,7 @@ static void test_explained_and_unexplained_add_up_to_the_torque(void) {
     }
 }
 
-static void test_a_payload_that_stays_when_the_task_says_none_appears_as_a_new_torque_does(void) {
+static void test_a_payload_that_stays_in_task_none_appears_like_a_new_torque(void) {
     const double w[6] = {0.0, 0.0, -19.62, 0.2, 0.4, 0.0};
     project_first();
     wrench(w, torque);
@@ -79,7 +79,7 @@ static void test_a_moving_arm_keeps_a_payload_explained(void) {
     }
 }
 
-static void test_switching_each_tick_hides_no_more_than_the_share_of_ticks(void) {
+static void test_task_changes_in_each_tick_hide_at_most_their_share_of_ticks(void) {
     double unexplained[N];
     setUp();
     unexplained_by_all(8.0, unexplained);
@@ -103,8 +103,8 @@ static void test_switching_each_tick_hides_no_more_than_the_share_of_ticks(void)
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_explained_and_unexplained_add_up_to_the_torque);
-    RUN_TEST(test_a_payload_that_stays_when_the_task_says_none_appears_as_a_new_torque_does);
+    RUN_TEST(test_a_payload_that_stays_in_task_none_appears_like_a_new_torque);
     RUN_TEST(test_a_moving_arm_keeps_a_payload_explained);
-    RUN_TEST(test_switching_each_tick_hides_no_more_than_the_share_of_ticks);
+    RUN_TEST(test_task_changes_in_each_tick_hide_at_most_their_share_of_ticks);
     return UNITY_END();
 }

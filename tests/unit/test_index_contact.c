@@ -36,7 +36,7 @@ static void tool_frame(index_config_t *task, double axis[3][3], double arm[3]) {
     }
 }
 
-static void test_a_subset_of_components_explains_these_alone(void) {
+static void test_a_subset_of_components_explains_only_these(void) {
     const double force[6] = {10.0, -20.0, 15.0, 0.0, 0.0, 0.0};
     const double moment[6] = {0.0, 0.0, 0.0, 3.0, 2.0, -3.0};
     const index_config_t forces = {.kind = INDEX_CONTACT, .components = 0x07u};
@@ -83,7 +83,7 @@ static void test_a_contact_at_a_point_explains_every_force_there_and_no_moment(v
     }
 }
 
-static void test_one_component_explains_its_axis_and_no_other(void) {
+static void test_one_component_explains_only_its_axis(void) {
     index_config_t task = {.kind = INDEX_CONTACT,
                            .components = 2u,
                            .frame = FRAME_TOOL,
@@ -117,7 +117,7 @@ static void test_axes_of_the_base_frame_at_the_tip_are_the_plain_wrench(void) {
     }
 }
 
-static void test_the_sudden_remainder_takes_out_the_fast_components_alone(void) {
+static void test_the_sudden_remainder_lacks_only_the_fast_components(void) {
     const index_config_t task = {.kind = INDEX_CONTACT, .components = INDEX_ALL_COMPONENTS, .fast = 7u};
     const index_config_t forces = {.kind = INDEX_CONTACT, .components = 7u};
     const double w[6] = {20.0, -10.0, 30.0, 2.0, 3.0, -4.0};
@@ -135,7 +135,7 @@ static void test_the_sudden_remainder_takes_out_the_fast_components_alone(void) 
     TEST_ASSERT_TRUE(size_of(index_state.sudden) < 1e-9); /* without a fast component there is no `sudden` */
 }
 
-static void test_the_soft_projector_takes_the_acceleration_by_its_trust(void) {
+static void test_the_soft_projector_weights_the_acceleration_by_its_trust(void) {
     const index_config_t task = {.kind = INDEX_PAYLOAD};
     const double w[6] = {20.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     acceleration_t trusted = {.sideways = {NUM(1), NUM(0), NUM(0)}};
@@ -155,11 +155,11 @@ static void test_the_soft_projector_takes_the_acceleration_by_its_trust(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_subset_of_components_explains_these_alone);
+    RUN_TEST(test_a_subset_of_components_explains_only_these);
     RUN_TEST(test_a_contact_at_a_point_explains_every_force_there_and_no_moment);
-    RUN_TEST(test_one_component_explains_its_axis_and_no_other);
+    RUN_TEST(test_one_component_explains_only_its_axis);
     RUN_TEST(test_axes_of_the_base_frame_at_the_tip_are_the_plain_wrench);
-    RUN_TEST(test_the_sudden_remainder_takes_out_the_fast_components_alone);
-    RUN_TEST(test_the_soft_projector_takes_the_acceleration_by_its_trust);
+    RUN_TEST(test_the_sudden_remainder_lacks_only_the_fast_components);
+    RUN_TEST(test_the_soft_projector_weights_the_acceleration_by_its_trust);
     return UNITY_END();
 }

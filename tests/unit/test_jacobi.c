@@ -45,8 +45,8 @@ static double largest_difference(const num_t a[], const num_t b[]) {
     return worst;
 }
 
-/* docs/decisions/channels.md rests on these two figures: 10 Nm a joint, of which 4e-5 of |tau| is left to differ. */
-static void test_the_hard_projector_is_that_of_golub_and_kahan(void) {
+/* docs/decisions/channels.md rests on these two figures: at 10 Nm per joint the difference is at most 4e-5 of |tau|. */
+static void test_the_hard_projector_agrees_with_that_of_golub_and_kahan(void) {
     subspace_t other;
     double worst = 0.0;
     random_start(51);
@@ -61,7 +61,7 @@ static void test_the_hard_projector_is_that_of_golub_and_kahan(void) {
         jacobi_hard(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
         jacobi_reject(&jacobi, tau, own);
         TEST_ASSERT_TRUE(jacobi.converged);
-        if (fabs(value_of(other.smallest) - 0.005) > 1e-5) { /* else either rank is right */
+        if (fabs(value_of(other.smallest) - 0.005) > 1e-5) { /* otherwise both ranks are right */
             TEST_ASSERT_EQUAL(other.rank, jacobi.rank);
             worst = fmax(worst, largest_difference(own, others));
         }
@@ -70,7 +70,7 @@ static void test_the_hard_projector_is_that_of_golub_and_kahan(void) {
     TEST_ASSERT_TRUE(worst < 4e-4);
 }
 
-static void test_the_soft_projector_is_that_of_the_reflections(void) {
+static void test_the_soft_projector_agrees_with_that_of_the_reflections(void) {
     soft_t other;
     double worst = 0.0;
     random_start(52);
@@ -157,7 +157,7 @@ static void test_zero_and_vanishing_columns_explain_nothing(void) {
     TEST_ASSERT_TRUE(jacobi.smallest == NUM(0));
 }
 
-static void test_what_is_not_a_number_explains_nothing(void) {
+static void test_values_that_are_not_numbers_explain_nothing(void) {
 #ifdef TAUPERP_FIXED
     TEST_PASS_MESSAGE("every bit pattern is a number here");
 #else
@@ -179,12 +179,12 @@ static void test_what_is_not_a_number_explains_nothing(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_the_hard_projector_is_that_of_golub_and_kahan);
-    RUN_TEST(test_the_soft_projector_is_that_of_the_reflections);
+    RUN_TEST(test_the_hard_projector_agrees_with_that_of_golub_and_kahan);
+    RUN_TEST(test_the_soft_projector_agrees_with_that_of_the_reflections);
     RUN_TEST(test_the_singular_values_are_those_of_a_known_matrix_in_order);
     RUN_TEST(test_a_direction_just_above_the_tolerance_is_explained_and_one_just_below_is_not);
     RUN_TEST(test_more_columns_than_joints_explain_everything);
     RUN_TEST(test_zero_and_vanishing_columns_explain_nothing);
-    RUN_TEST(test_what_is_not_a_number_explains_nothing);
+    RUN_TEST(test_values_that_are_not_numbers_explain_nothing);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* The loader of the Linux process: what it says of a file that is no block for this robot. */
+/* The loader of the Linux process: its messages for a file that is not a block for this robot. */
 #include "../../firmware/hosts/linux/block.c"
 
 #include <stdarg.h>
@@ -45,7 +45,7 @@ static void test_a_block_for_the_robot_is_loaded(void) {
     (void)munmap((void *)(uintptr_t)block, 2u * sizeof config + 1u);
 }
 
-static void test_the_block_of_the_second_channel_is_behind_the_first(void) {
+static void test_the_block_of_the_second_channel_follows_the_first(void) {
     guard_config_t both[2] = {make_config(), make_config()};
     both[1].robot.name[0] = 'x'; /* pair_init compares the two */
     const guard_config_t *const block = loaded(both, sizeof both);
@@ -63,7 +63,7 @@ static void test_a_file_between_one_block_and_two_is_refused(void) {
     TEST_ASSERT_NOT_NULL(strstr(said, "two channels have two of them"));
 }
 
-static void test_a_name_that_a_terminal_would_obey_is_printed_without_control_characters(void) {
+static void test_a_name_is_printed_without_control_characters(void) {
     guard_config_t config = make_config();
     memcpy(config.robot.name, "\x1b[2J\nx\x7fy\xff", 10u);
     TEST_ASSERT_NULL(loaded(&config, sizeof config));
@@ -79,9 +79,9 @@ static void test_a_file_that_is_too_short_is_refused(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_block_for_the_robot_is_loaded);
-    RUN_TEST(test_the_block_of_the_second_channel_is_behind_the_first);
+    RUN_TEST(test_the_block_of_the_second_channel_follows_the_first);
     RUN_TEST(test_a_file_between_one_block_and_two_is_refused);
-    RUN_TEST(test_a_name_that_a_terminal_would_obey_is_printed_without_control_characters);
+    RUN_TEST(test_a_name_is_printed_without_control_characters);
     RUN_TEST(test_a_file_that_is_too_short_is_refused);
     return UNITY_END();
 }

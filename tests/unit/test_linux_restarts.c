@@ -1,4 +1,4 @@
-/* Restarts that the service manager's folder remembers: firmware/hosts/linux/restarts.h. */
+/* Restarts recorded in the service manager's folder: firmware/hosts/linux/restarts.h. */
 #include "../../firmware/hosts/linux/restarts.c"
 
 #include <stdio.h>
@@ -24,7 +24,7 @@ static void assert_noted(guard_start_t cause, uint32_t count) {
     TEST_ASSERT_EQUAL_UINT(count, restarts.count);
 }
 
-static void test_a_process_that_no_manager_started_is_commanded(void) {
+static void test_a_process_without_a_service_manager_has_a_commanded_start(void) {
     TEST_ASSERT_EQUAL(0, unsetenv("RUNTIME_DIRECTORY"));
     assert_noted(GUARD_START_COMMANDED, 0);
     assert_noted(GUARD_START_COMMANDED, 0);
@@ -43,7 +43,7 @@ static void test_a_folder_that_cannot_be_opened_may_hide_any_number(void) {
     assert_noted(GUARD_START_UNKNOWN, GUARD_MAX_RESTARTS);
 }
 
-/* /dev/full reads as zeros and takes nothing. */
+/* /dev/full reads as zeros and refuses every write. */
 static void test_a_count_that_cannot_be_written_may_hide_any_number(void) {
     char path[PATH_MAX];
     TEST_ASSERT_TRUE(path_of(path));
@@ -53,7 +53,7 @@ static void test_a_count_that_cannot_be_written_may_hide_any_number(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_process_that_no_manager_started_is_commanded);
+    RUN_TEST(test_a_process_without_a_service_manager_has_a_commanded_start);
     RUN_TEST(test_each_start_after_the_first_is_one_more);
     RUN_TEST(test_a_folder_that_cannot_be_opened_may_hide_any_number);
     RUN_TEST(test_a_count_that_cannot_be_written_may_hide_any_number);

@@ -1,4 +1,4 @@
-/* Which link was touched, and with what force: torques of known forces on a known link. */
+/* The touched link and its force: torques of known forces on a known link. */
 #include "locate.h"
 
 #include "core_fixture.h"
@@ -81,7 +81,7 @@ static double error_of(const double force[3]) {
 }
 
 /* Neighbours share a place where their joints meet, so that some pushes are on both. */
-static void test_a_push_is_found_on_its_link_with_its_force(void) {
+static void test_a_push_is_located_on_its_link_with_its_force(void) {
     static const double beside[4][3] = {{0.05, 0, 0}, {-0.03, 0.04, 0}, {0, -0.03, 0.04}, {0.02, 0.03, -0.03}};
     static const double force[4][3] = {{30, -20, 25}, {-20, 35, 10}, {10, 10, -40}, {-30, -30, -10}};
     uint32_t right = 0;
@@ -101,7 +101,7 @@ static void test_a_push_is_found_on_its_link_with_its_force(void) {
     TEST_ASSERT_TRUE(close >= 50u);
 }
 
-static void test_what_leans_on_the_arm_before_the_contact_does_not_count(void) {
+static void test_a_force_from_before_the_contact_does_not_count(void) {
     push(6u, side, weight);
     for (uint32_t i = 0; i < 2000u; ++i) {
         (void)step(true);
@@ -111,7 +111,7 @@ static void test_what_leans_on_the_arm_before_the_contact_does_not_count(void) {
     TEST_ASSERT_EQUAL(4, locate.link);
 }
 
-static void test_without_a_change_it_cannot_tell(void) {
+static void test_without_a_change_no_link_is_reported(void) {
     (void)search();
     TEST_ASSERT_EQUAL(0, locate.link);
     for (uint32_t i = 0; i < N; ++i) { /* no link explains this */
@@ -121,7 +121,7 @@ static void test_without_a_change_it_cannot_tell(void) {
     TEST_ASSERT_EQUAL(0, locate.link);
 }
 
-static void test_no_contact_is_looked_for_before_a_trip(void) {
+static void test_no_contact_is_searched_before_a_trip(void) {
     push(3u, side, blow);
     for (uint32_t i = 0; i < 100u; ++i) {
         TEST_ASSERT_FALSE(step(false));
@@ -132,9 +132,9 @@ static void test_no_contact_is_looked_for_before_a_trip(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_push_is_found_on_its_link_with_its_force);
-    RUN_TEST(test_what_leans_on_the_arm_before_the_contact_does_not_count);
-    RUN_TEST(test_without_a_change_it_cannot_tell);
-    RUN_TEST(test_no_contact_is_looked_for_before_a_trip);
+    RUN_TEST(test_a_push_is_located_on_its_link_with_its_force);
+    RUN_TEST(test_a_force_from_before_the_contact_does_not_count);
+    RUN_TEST(test_without_a_change_no_link_is_reported);
+    RUN_TEST(test_no_contact_is_searched_before_a_trip);
     return UNITY_END();
 }

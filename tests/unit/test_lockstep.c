@@ -23,7 +23,7 @@ static can_frame_t sync(uint16_t cycle) {
 }
 
 /* Ticks that the frame causes. */
-static uint32_t hear(can_frame_t frame) {
+static uint32_t deliver(can_frame_t frame) {
     uint32_t ticks = 0;
     lockstep_hear(&lockstep, &frame);
     while (lockstep_owes_tick(&lockstep)) {
@@ -32,42 +32,42 @@ static uint32_t hear(can_frame_t frame) {
     return ticks;
 }
 
-static uint32_t hear_sync(uint16_t cycle) {
-    return hear(sync(cycle));
+static uint32_t deliver_sync(uint16_t cycle) {
+    return deliver(sync(cycle));
 }
 
-static void hear_joint(void) {
-    (void)hear((can_frame_t){.id = 0x101u, .length = 8u});
+static void deliver_joint(void) {
+    (void)deliver((can_frame_t){.id = 0x101u, .length = 8u});
 }
 
 static void test_nothing_is_due_before_the_first_sync(void) {
-    hear_joint();
+    deliver_joint();
     TEST_ASSERT_FALSE(lockstep_complete(&lockstep));
     TEST_ASSERT_FALSE(lockstep_silence(&lockstep));
 }
 
 static void test_every_sync_is_a_period_later_and_every_cycle_has_one_tick(void) {
     for (uint16_t cycle = 0; cycle < 100u; cycle++) {
-        TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(cycle));
+        TEST_ASSERT_EQUAL_UINT32(0u, deliver_sync(cycle));
         TEST_ASSERT_EQUAL_UINT64((uint64_t)cycle * PERIOD_US, lockstep.now_us);
         TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
         TEST_ASSERT_FALSE(lockstep_complete(&lockstep));
     }
 }
 
-static void test_the_cycle_number_wraps_and_time_goes_on(void) {
-    (void)hear_sync(65535u);
-    (void)hear_sync(0u);
+static void test_time_continues_when_the_cycle_number_wraps(void) {
+    (void)deliver_sync(65535u);
+    (void)deliver_sync(0u);
     TEST_ASSERT_EQUAL_UINT64(65536u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
 static void test_a_cycle_that_was_not_completed_has_its_tick_before_the_next_sync(void) {
-    (void)hear_sync(0u);
-    TEST_ASSERT_EQUAL_UINT32(1u, hear_sync(1u));
+    (void)deliver_sync(0u);
+    TEST_ASSERT_EQUAL_UINT32(1u, deliver_sync(1u));
 }
 
 static void test_cycles_without_sync_have_their_ticks_at_their_times(void) {
-    (void)hear_sync(10u);
+    (void)deliver_sync(10u);
     (void)lockstep_complete(&lockstep);
     const can_frame_t frame = sync(13u);
     lockstep_hear(&lockstep, &frame);
@@ -79,142 +79,142 @@ static void test_cycles_without_sync_have_their_ticks_at_their_times(void) {
     TEST_ASSERT_EQUAL_UINT64(13u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
-static void test_a_jump_is_held_to_what_no_deadline_survives(void) {
-    (void)hear_sync(0u);
-    TEST_ASSERT_EQUAL_UINT32(LOCKSTEP_MAX_STEP, hear_sync(5000u));
+static void test_a_jump_is_limited_to_more_than_any_deadline(void) {
+    (void)deliver_sync(0u);
+    TEST_ASSERT_EQUAL_UINT32(LOCKSTEP_MAX_STEP, deliver_sync(5000u));
     TEST_ASSERT_EQUAL_UINT64(LOCKSTEP_MAX_STEP * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
 static void test_a_repeated_or_older_sync_moves_nothing(void) {
-    (void)hear_sync(20u);
+    (void)deliver_sync(20u);
     (void)lockstep_complete(&lockstep);
-    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(20u));
-    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(19u));
+    TEST_ASSERT_EQUAL_UINT32(0u, deliver_sync(20u));
+    TEST_ASSERT_EQUAL_UINT32(0u, deliver_sync(19u));
     TEST_ASSERT_EQUAL_UINT64(20u * (uint64_t)PERIOD_US, lockstep.now_us);
-    (void)hear_sync(21u);
+    (void)deliver_sync(21u);
     TEST_ASSERT_EQUAL_UINT64(21u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
-static void test_a_robot_that_starts_anew_is_gone_on_with(void) {
-    (void)hear_sync(200u);
+static void test_a_restarted_robot_is_followed(void) {
+    (void)deliver_sync(200u);
     (void)lockstep_complete(&lockstep);
-    (void)hear_sync(0u);
+    (void)deliver_sync(0u);
     TEST_ASSERT_EQUAL_UINT64(200u * (uint64_t)PERIOD_US, lockstep.now_us);
     for (uint16_t cycle = 1; cycle < 5u; cycle++) {
-        (void)hear_sync(cycle);
+        (void)deliver_sync(cycle);
         TEST_ASSERT_EQUAL_UINT64((200u + (uint64_t)cycle) * PERIOD_US, lockstep.now_us);
     }
 }
 
 static void test_a_corrupted_sync_moves_nothing(void) {
-    (void)hear_sync(0u);
+    (void)deliver_sync(0u);
     can_frame_t frame = sync(1u);
     frame.data[2] ^= 4u;
-    TEST_ASSERT_EQUAL_UINT32(0u, hear(frame));
+    TEST_ASSERT_EQUAL_UINT32(0u, deliver(frame));
     TEST_ASSERT_EQUAL_UINT64(0u, lockstep.now_us);
 }
 
 static void test_silence_ends_a_cycle_once(void) {
-    (void)hear_sync(7u);
-    hear_joint();
+    (void)deliver_sync(7u);
+    deliver_joint();
     TEST_ASSERT_TRUE(lockstep_silence(&lockstep));
     TEST_ASSERT_FALSE(lockstep_silence(&lockstep));
-    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(8u));
+    TEST_ASSERT_EQUAL_UINT32(0u, deliver_sync(8u));
     TEST_ASSERT_EQUAL_UINT64(8u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
-static void test_readings_without_sync_are_a_cycle_of_their_own(void) {
-    (void)hear_sync(7u);
+static void test_readings_without_sync_count_as_a_cycle(void) {
+    (void)deliver_sync(7u);
     (void)lockstep_complete(&lockstep);
-    hear_joint();
+    deliver_joint();
     TEST_ASSERT_TRUE(lockstep_silence(&lockstep));
     TEST_ASSERT_EQUAL_UINT64(8u * (uint64_t)PERIOD_US, lockstep.now_us);
-    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(9u));
+    TEST_ASSERT_EQUAL_UINT32(0u, deliver_sync(9u));
     TEST_ASSERT_EQUAL_UINT64(9u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
-static void test_a_cycle_that_was_taken_for_lost_may_still_begin(void) {
-    (void)hear_sync(7u);
+static void test_a_cycle_counted_as_lost_may_still_begin(void) {
+    (void)deliver_sync(7u);
     (void)lockstep_complete(&lockstep);
-    hear_joint();
+    deliver_joint();
     (void)lockstep_silence(&lockstep);
-    TEST_ASSERT_EQUAL_UINT32(0u, hear_sync(8u));
+    TEST_ASSERT_EQUAL_UINT32(0u, deliver_sync(8u));
     TEST_ASSERT_EQUAL_UINT64(8u * (uint64_t)PERIOD_US, lockstep.now_us);
     TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
 }
 
-static void test_a_pause_after_the_answer_is_no_cycle(void) {
-    (void)hear_sync(7u);
+static void test_a_pause_after_the_answer_is_not_a_cycle(void) {
+    (void)deliver_sync(7u);
     (void)lockstep_complete(&lockstep);
-    (void)hear((can_frame_t){.id = 0x030u, .length = 4u}); /* a reset request between two cycles */
+    (void)deliver((can_frame_t){.id = 0x030u, .length = 4u}); /* a reset request between two cycles */
     TEST_ASSERT_FALSE(lockstep_silence(&lockstep));
     TEST_ASSERT_EQUAL_UINT64(7u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
 static void test_only_a_data_frame_of_the_id_and_length_of_sync_is_one(void) {
-    (void)hear_sync(5u);
+    (void)deliver_sync(5u);
     (void)lockstep_complete(&lockstep);
     const uint8_t flags[] = {CAN_FRAME_EXTENDED, CAN_FRAME_REMOTE};
     for (uint32_t i = 0; i < 2u; ++i) {
         can_frame_t frame = sync(6u);
         frame.flags = flags[i];
-        TEST_ASSERT_EQUAL_UINT32(0u, hear(frame));
+        TEST_ASSERT_EQUAL_UINT32(0u, deliver(frame));
     }
-    (void)hear((can_frame_t){.id = 0x7FFu, .length = 8u});
+    (void)deliver((can_frame_t){.id = 0x7FFu, .length = 8u});
     can_frame_t frame = sync(6u);
     frame.id ^= 1u;
-    (void)hear(frame);
+    (void)deliver(frame);
     frame = sync(6u);
     ++frame.length;
     e2e_seal(frame.data, frame.length, protocol_receive[PROTOCOL_RECEIVE_SYNC].data_ids, 6u);
-    (void)hear(frame);
+    (void)deliver(frame);
     TEST_ASSERT_EQUAL_UINT64(5u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
-static void test_half_of_all_cycles_ahead_is_behind(void) {
-    (void)hear_sync(0u);
-    (void)hear_sync(0x8000u);
+static void test_half_of_all_cycles_ahead_counts_as_behind(void) {
+    (void)deliver_sync(0u);
+    (void)deliver_sync(0x8000u);
     TEST_ASSERT_EQUAL_UINT64(0u, lockstep.now_us);
-    (void)hear_sync(0x7FFFu);
+    (void)deliver_sync(0x7FFFu);
     TEST_ASSERT_EQUAL_UINT64(LOCKSTEP_MAX_STEP * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
 static void test_older_syncs_that_do_not_follow_each_other_move_nothing(void) {
-    (void)hear_sync(200u);
-    (void)hear_sync(1u); /* the first older one, which follows none */
-    (void)hear_sync(5u);
-    (void)hear_sync(3u);
+    (void)deliver_sync(200u);
+    (void)deliver_sync(1u); /* the first older one, without a predecessor */
+    (void)deliver_sync(5u);
+    (void)deliver_sync(3u);
     TEST_ASSERT_EQUAL_UINT64(200u * (uint64_t)PERIOD_US, lockstep.now_us);
-    (void)hear_sync(4u);
+    (void)deliver_sync(4u);
     TEST_ASSERT_EQUAL_UINT64(201u * (uint64_t)PERIOD_US, lockstep.now_us);
 }
 
 static void test_a_repeated_sync_gives_its_cycle_no_second_tick(void) {
-    (void)hear_sync(20u);
+    (void)deliver_sync(20u);
     TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
-    (void)hear_sync(20u);
+    (void)deliver_sync(20u);
     TEST_ASSERT_FALSE(lockstep_complete(&lockstep));
 }
 
 static void assume_cycle_8(void) {
-    (void)hear_sync(7u);
+    (void)deliver_sync(7u);
     (void)lockstep_complete(&lockstep);
-    hear_joint();
+    deliver_joint();
     TEST_ASSERT_TRUE(lockstep_silence(&lockstep));
 }
 
-static void test_a_cycle_that_was_taken_for_lost_begins_once(void) {
+static void test_a_cycle_counted_as_lost_begins_once(void) {
     assume_cycle_8();
-    (void)hear_sync(8u);
+    (void)deliver_sync(8u);
     TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
-    (void)hear_sync(8u);
+    (void)deliver_sync(8u);
     TEST_ASSERT_FALSE(lockstep_complete(&lockstep));
 }
 
-static void test_an_older_sync_does_not_keep_an_assumed_cycle_from_its_begin(void) {
+static void test_an_older_sync_does_not_prevent_the_begin_of_an_assumed_cycle(void) {
     assume_cycle_8();
-    (void)hear_sync(5u);
-    (void)hear_sync(8u);
+    (void)deliver_sync(5u);
+    (void)deliver_sync(8u);
     TEST_ASSERT_TRUE(lockstep_complete(&lockstep));
 }
 
@@ -222,22 +222,22 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_nothing_is_due_before_the_first_sync);
     RUN_TEST(test_every_sync_is_a_period_later_and_every_cycle_has_one_tick);
-    RUN_TEST(test_the_cycle_number_wraps_and_time_goes_on);
+    RUN_TEST(test_time_continues_when_the_cycle_number_wraps);
     RUN_TEST(test_a_cycle_that_was_not_completed_has_its_tick_before_the_next_sync);
     RUN_TEST(test_cycles_without_sync_have_their_ticks_at_their_times);
-    RUN_TEST(test_a_jump_is_held_to_what_no_deadline_survives);
+    RUN_TEST(test_a_jump_is_limited_to_more_than_any_deadline);
     RUN_TEST(test_a_repeated_or_older_sync_moves_nothing);
-    RUN_TEST(test_a_robot_that_starts_anew_is_gone_on_with);
+    RUN_TEST(test_a_restarted_robot_is_followed);
     RUN_TEST(test_a_corrupted_sync_moves_nothing);
     RUN_TEST(test_silence_ends_a_cycle_once);
-    RUN_TEST(test_readings_without_sync_are_a_cycle_of_their_own);
-    RUN_TEST(test_a_cycle_that_was_taken_for_lost_may_still_begin);
-    RUN_TEST(test_a_pause_after_the_answer_is_no_cycle);
+    RUN_TEST(test_readings_without_sync_count_as_a_cycle);
+    RUN_TEST(test_a_cycle_counted_as_lost_may_still_begin);
+    RUN_TEST(test_a_pause_after_the_answer_is_not_a_cycle);
     RUN_TEST(test_only_a_data_frame_of_the_id_and_length_of_sync_is_one);
-    RUN_TEST(test_half_of_all_cycles_ahead_is_behind);
+    RUN_TEST(test_half_of_all_cycles_ahead_counts_as_behind);
     RUN_TEST(test_older_syncs_that_do_not_follow_each_other_move_nothing);
     RUN_TEST(test_a_repeated_sync_gives_its_cycle_no_second_tick);
-    RUN_TEST(test_a_cycle_that_was_taken_for_lost_begins_once);
-    RUN_TEST(test_an_older_sync_does_not_keep_an_assumed_cycle_from_its_begin);
+    RUN_TEST(test_a_cycle_counted_as_lost_begins_once);
+    RUN_TEST(test_an_older_sync_does_not_prevent_the_begin_of_an_assumed_cycle);
     return UNITY_END();
 }

@@ -22,7 +22,7 @@ static void set_state(uint32_t joints, double position, double velocity) {
     }
 }
 
-static void test_a_pendulum_has_its_closed_form(void) {
+static void test_a_pendulum_agrees_with_its_closed_form(void) {
     const links_t link = {.mass = {2.0}, .com = {0.3}, .inertia = {0.04}, .length = {0.6}};
     const robot_t robot = planar_arm(&link, 1);
     random_start(11);
@@ -40,7 +40,7 @@ static void test_a_pendulum_has_its_closed_form(void) {
     }
 }
 
-static void test_two_links_have_their_closed_form(void) {
+static void test_two_links_agree_with_their_closed_form(void) {
     const links_t *const l = &two_links;
     const robot_t robot = planar_arm(l, 2);
     const double far = l->inertia[1] + l->mass[1] * l->com[1] * l->com[1];
@@ -161,7 +161,7 @@ static void test_the_jacobian_is_the_lever_of_a_weight_at_the_tip(void) {
     }
 }
 
-static void test_rows_behind_the_last_joint_stay_zero(void) {
+static void test_rows_after_the_last_joint_stay_zero(void) {
     const robot_t robot = planar_arm(&two_links, 2);
     random_start(16);
     set_state(8, 2.0, 2.0);
@@ -174,7 +174,7 @@ static void test_rows_behind_the_last_joint_stay_zero(void) {
     }
 }
 
-static void test_at_rest_there_is_gravity_only(void) {
+static void test_at_rest_only_gravity_remains(void) {
     random_start(17);
     set_state(7, 2.0, 0.0);
     motion_step(&motion, &robot_panda, q, qd);
@@ -191,7 +191,7 @@ static void test_at_rest_there_is_gravity_only(void) {
 }
 
 /* Random bits in every input: the pass terminates, under the sanitizers. */
-static void test_any_bits_are_walked_to_the_end(void) {
+static void test_the_pass_terminates_for_any_bits(void) {
     robot_t robot = robot_ku_dex;
     robot.joint[2].zero_rad = NUM(1.5);
     robot.joint[4].zero_rad = NUM(-1.5);
@@ -228,15 +228,15 @@ static void test_nothing_saturates_within_the_limits(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_pendulum_has_its_closed_form);
-    RUN_TEST(test_two_links_have_their_closed_form);
+    RUN_TEST(test_a_pendulum_agrees_with_its_closed_form);
+    RUN_TEST(test_two_links_agree_with_their_closed_form);
     RUN_TEST(test_the_zero_of_a_joint_is_added_to_its_reading);
     RUN_TEST(test_coriolis_is_the_slope_of_the_kinetic_energy);
     RUN_TEST(test_the_mass_matrix_is_symmetric_and_positive);
     RUN_TEST(test_the_jacobian_is_the_lever_of_a_weight_at_the_tip);
-    RUN_TEST(test_rows_behind_the_last_joint_stay_zero);
-    RUN_TEST(test_at_rest_there_is_gravity_only);
-    RUN_TEST(test_any_bits_are_walked_to_the_end);
+    RUN_TEST(test_rows_after_the_last_joint_stay_zero);
+    RUN_TEST(test_at_rest_only_gravity_remains);
+    RUN_TEST(test_the_pass_terminates_for_any_bits);
     RUN_TEST(test_nothing_saturates_within_the_limits);
     return UNITY_END();
 }

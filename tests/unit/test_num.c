@@ -121,7 +121,7 @@ static void test_a_number_over_a_root_keeps_its_bound(void) {
     TEST_ASSERT_EQUAL(0, saturations);
 }
 
-/* Angles of the wire and far beyond, and the neighbourhood of every 2^-10 of a turn. */
+/* Angles of the wire and far beyond, and the neighbourhood of every 2^-10 of a revolution. */
 static void test_sine_and_cosine_keep_their_bound_for_every_angle(void) {
     double worst = 0.0;
     random_start(55);
@@ -217,7 +217,7 @@ static void test_the_smaller_eigenvalue_is_within_a_millionth_of_the_larger(void
     TEST_ASSERT_TRUE(num_smaller_eigenvalue(two, two, none) == two);
 }
 
-static void test_a_shifted_rotation_goes_by_the_square_less_the_shift(void) {
+static void test_a_shifted_rotation_uses_the_square_minus_the_shift(void) {
     random_start(60);
     for (int i = 0; i < DRAWS(200000); ++i) {
         const double scale = exp2(random_in(-12.0, 0.0));
@@ -237,7 +237,7 @@ static void test_a_shifted_rotation_goes_by_the_square_less_the_shift(void) {
 
 /* A vector scaled by its headroom has its largest size from 16 to 32, and the inverse shift restores it. In float
  * nothing changes. */
-static void test_headroom_and_back(void) {
+static void test_headroom_is_undone_by_the_inverse_shift(void) {
     random_start(58);
     TEST_ASSERT_EQUAL(0, num_headroom(NUM(0)));
     for (int i = 0; i < DRAWS(100000); ++i) {
@@ -255,7 +255,7 @@ static void test_headroom_and_back(void) {
 }
 
 /* A result that does not fit saturates and is counted. In float nothing is counted. */
-static void test_what_does_not_fit_saturates_and_is_counted(void) {
+static void test_results_that_do_not_fit_saturate_and_are_counted(void) {
 #ifdef TAUPERP_FIXED
     uint32_t counted = 0;
     const struct {
@@ -314,8 +314,8 @@ int main(void) {
     RUN_TEST(test_only_numbers_are_finite);
     RUN_TEST(test_a_rotation_turns_a_pair_onto_the_first_axis);
     RUN_TEST(test_the_smaller_eigenvalue_is_within_a_millionth_of_the_larger);
-    RUN_TEST(test_a_shifted_rotation_goes_by_the_square_less_the_shift);
-    RUN_TEST(test_headroom_and_back);
-    RUN_TEST(test_what_does_not_fit_saturates_and_is_counted);
+    RUN_TEST(test_a_shifted_rotation_uses_the_square_minus_the_shift);
+    RUN_TEST(test_headroom_is_undone_by_the_inverse_shift);
+    RUN_TEST(test_results_that_do_not_fit_saturate_and_are_counted);
     return UNITY_END();
 }

@@ -68,7 +68,7 @@ static void test_a_constant_torque_appears_as_the_first_order_lag_of_the_closed_
     }
 }
 
-static void test_a_torque_that_accelerates_the_arm_is_no_external_torque(void) {
+static void test_a_torque_that_accelerates_the_arm_is_not_external(void) {
     const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
     const signals_t s = {.momentum = -4.0, .momentum_slope = 20.0, .drift = -3.0, .torque = 23.0};
     for (int k = 0; k < 200; ++k) {
@@ -97,7 +97,7 @@ static void test_the_drift_of_both_ends_is_averaged(void) {
     ASSERT_CLOSE(-15.0 * -expm1(-GAIN * PERIOD), value_of(observer.residual[0]), ACCURATE);
 }
 
-static void test_a_mean_torque_is_taken_as_it_is_and_an_instant_one_is_averaged(void) {
+static void test_a_mean_torque_is_used_unchanged_and_an_instant_one_is_averaged(void) {
     const torque_sample_t kinds[] = {TORQUE_INTERVAL, TORQUE_INSTANT};
     const double expected[] = {10.0, 6.0};
     for (uint32_t kind = 0; kind < 2u; ++kind) {
@@ -133,7 +133,7 @@ static void test_a_gap_is_one_step_of_the_longer_period(void) {
 }
 
 /* The mean of a ramp over the whole gap, from samples that are means over one cycle each. */
-static void test_a_gap_between_mean_torques_costs_a_steady_change_nothing(void) {
+static void test_a_gap_between_mean_torques_causes_no_error_for_a_steady_change(void) {
     const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
     const signals_t s = {.torque = 5.0, .torque_slope = 4000.0};
     for (uint32_t gap = 1; gap <= OBSERVER_MAX_GAP; ++gap) {
@@ -163,7 +163,7 @@ static void test_cycles_lost_while_the_torque_is_constant_change_nothing(void) {
     }
 }
 
-static void test_a_gap_that_no_step_bridges_starts_the_observer_again(void) {
+static void test_a_gap_too_long_to_bridge_restarts_the_observer(void) {
     const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
     const uint32_t gaps[] = {0, OBSERVER_MAX_GAP + 1u, UINT32_MAX};
     for (uint32_t i = 0; i < 3u; ++i) {
@@ -219,7 +219,7 @@ static void test_a_start_keeps_the_samples_of_its_joints_and_bridges_nothing(voi
     TEST_ASSERT_EQUAL_UINT32(0u, observer.gap);
 }
 
-static void test_the_update_is_the_residual_without_what_was_before(void) {
+static void test_the_update_is_the_residual_without_its_past(void) {
     const observer_config_t config = constants(GAIN, PERIOD, TORQUE_INTERVAL);
     observer_step(&observer, &config, 7, &motion, torque, 1);
     motion.momentum[0] = NUM(0.01);
@@ -233,17 +233,17 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_first_sample_only_sets_the_initial_momentum);
     RUN_TEST(test_a_constant_torque_appears_as_the_first_order_lag_of_the_closed_form);
-    RUN_TEST(test_a_torque_that_accelerates_the_arm_is_no_external_torque);
+    RUN_TEST(test_a_torque_that_accelerates_the_arm_is_not_external);
     RUN_TEST(test_coriolis_counts_with_the_torque_and_gravity_against_it);
     RUN_TEST(test_the_drift_of_both_ends_is_averaged);
-    RUN_TEST(test_a_mean_torque_is_taken_as_it_is_and_an_instant_one_is_averaged);
+    RUN_TEST(test_a_mean_torque_is_used_unchanged_and_an_instant_one_is_averaged);
     RUN_TEST(test_a_gap_is_one_step_of_the_longer_period);
-    RUN_TEST(test_a_gap_between_mean_torques_costs_a_steady_change_nothing);
+    RUN_TEST(test_a_gap_between_mean_torques_causes_no_error_for_a_steady_change);
     RUN_TEST(test_cycles_lost_while_the_torque_is_constant_change_nothing);
-    RUN_TEST(test_a_gap_that_no_step_bridges_starts_the_observer_again);
+    RUN_TEST(test_a_gap_too_long_to_bridge_restarts_the_observer);
     RUN_TEST(test_joints_that_the_arm_does_not_have_stay_zero);
     RUN_TEST(test_the_largest_torques_of_the_wire_do_not_overflow);
     RUN_TEST(test_a_start_keeps_the_samples_of_its_joints_and_bridges_nothing);
-    RUN_TEST(test_the_update_is_the_residual_without_what_was_before);
+    RUN_TEST(test_the_update_is_the_residual_without_its_past);
     return UNITY_END();
 }

@@ -74,7 +74,7 @@ static void test_numbers_at_the_ends_of_their_range_do_not_overflow(void) {
     assert_disagreement_after(AGREE_TICKS + 1u);
 }
 
-static void test_one_tick_apart_is_forgiven(void) {
+static void test_a_difference_of_one_tick_is_tolerated(void) {
     for (uint32_t i = 0; i < 10u; ++i) {
         other.residual[0] = AGREE_RESIDUAL + 1;
         TEST_ASSERT_TRUE(step());
@@ -115,7 +115,7 @@ static void test_facts_that_differ_are_a_disagreement_at_once(void) {
     TEST_ASSERT_TRUE(step());
 }
 
-static void test_a_channel_in_fault_is_followed_not_contradicted(void) {
+static void test_a_channel_in_fault_is_not_a_disagreement(void) {
     other.state = GUARD_STATE_FAULT;
     other.wish = WISH_FAULT;
     TEST_ASSERT_TRUE(step());
@@ -138,7 +138,7 @@ static void test_ranks_of_the_hard_projector_may_differ_for_half_a_second(void) 
     assert_disagreement_after(AGREE_RANK_MAX_US / PERIOD_US);
 }
 
-static void test_indexes_are_compared_again_when_the_filters_have_forgotten_the_other_rank(void) {
+static void test_indexes_are_compared_again_after_the_filters_have_settled(void) {
     own.hard = true;
     other.hard = true;
     other.rank = 5u;
@@ -159,7 +159,7 @@ static void test_indexes_are_not_compared_while_filters_remember_a_number_that_w
     assert_disagreement_after((AGREE_RANK_US / PERIOD_US) + AGREE_TICKS);
 }
 
-static void test_residuals_are_compared_whatever_the_ranks(void) {
+static void test_residuals_are_compared_for_any_ranks(void) {
     own.hard = true;
     other.hard = true;
     other.rank = 5u;
@@ -176,7 +176,7 @@ static void test_ranks_of_the_soft_projector_are_telemetry(void) {
     assert_disagreement_after(AGREE_TICKS + 1u);
 }
 
-static void test_the_worse_wish_wins_and_of_two_alike_the_first(void) {
+static void test_the_worse_wish_applies_and_of_two_equal_ones_the_first(void) {
     TEST_ASSERT_EQUAL_PTR(&own, opinion_worse(&own, &other));
     other.wish = WISH_STOP;
     TEST_ASSERT_EQUAL_PTR(&other, opinion_worse(&own, &other));
@@ -211,16 +211,16 @@ int main(void) {
     RUN_TEST(test_a_residual_beyond_its_bound_is_a_disagreement_in_the_third_tick);
     RUN_TEST(test_an_index_beyond_its_bound_is_a_disagreement_in_the_third_tick);
     RUN_TEST(test_numbers_at_the_ends_of_their_range_do_not_overflow);
-    RUN_TEST(test_one_tick_apart_is_forgiven);
+    RUN_TEST(test_a_difference_of_one_tick_is_tolerated);
     RUN_TEST(test_a_snapshot_that_only_one_evaluates_is_a_disagreement_in_the_third_tick);
     RUN_TEST(test_facts_that_differ_are_a_disagreement_at_once);
-    RUN_TEST(test_a_channel_in_fault_is_followed_not_contradicted);
+    RUN_TEST(test_a_channel_in_fault_is_not_a_disagreement);
     RUN_TEST(test_the_self_tests_push_is_not_compared);
     RUN_TEST(test_ranks_of_the_hard_projector_may_differ_for_half_a_second);
-    RUN_TEST(test_indexes_are_compared_again_when_the_filters_have_forgotten_the_other_rank);
-    RUN_TEST(test_indexes_are_not_compared_while_filters_remember_a_number_that_was_cut_off);
-    RUN_TEST(test_residuals_are_compared_whatever_the_ranks);
+    RUN_TEST(test_indexes_are_compared_again_after_the_filters_have_settled);
+    RUN_TEST(test_indexes_are_not_compared_while_a_saturated_value_is_in_the_filters);
+    RUN_TEST(test_residuals_are_compared_for_any_ranks);
     RUN_TEST(test_ranks_of_the_soft_projector_are_telemetry);
-    RUN_TEST(test_the_worse_wish_wins_and_of_two_alike_the_first);
+    RUN_TEST(test_the_worse_wish_applies_and_of_two_equal_ones_the_first);
     return UNITY_END();
 }

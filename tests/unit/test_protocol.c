@@ -157,7 +157,7 @@ static void test_a_report_rounds_to_the_nearest_raw_value_halves_away_from_zero(
     TEST_ASSERT_EQUAL_INT(-13, scale_to_raw(NUM(-0.125), scale, -100, 100));
 }
 
-static void test_a_report_that_does_not_fit_is_held_at_its_limits(void) {
+static void test_a_report_that_does_not_fit_is_limited(void) {
     const scale_t scale = PROTOCOL_GUARD_INDEX_INDEX_SCALE;
     TEST_ASSERT_EQUAL_INT(32767, scale_to_raw(NUM(400), scale, -32767, 32767));
     TEST_ASSERT_EQUAL_INT(-32767, scale_to_raw(NUM(-400), scale, -32767, 32767));
@@ -188,6 +188,6 @@ int main(void) {
     RUN_TEST(test_a_guard_index_packs_any_joint_by_one_layout);
     RUN_TEST(test_every_raw_value_scales_to_num_and_back);
     RUN_TEST(test_a_report_rounds_to_the_nearest_raw_value_halves_away_from_zero);
-    RUN_TEST(test_a_report_that_does_not_fit_is_held_at_its_limits);
+    RUN_TEST(test_a_report_that_does_not_fit_is_limited);
     return UNITY_END();
 }

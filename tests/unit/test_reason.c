@@ -1,4 +1,4 @@
-/* Which of two reasons is worse: firmware/guard/guard_reason.h. */
+/* The worse of two reasons: firmware/guard/guard_reason.h. */
 #include "guard_reason.h"
 
 #include "unity.h"
@@ -8,7 +8,7 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-static void test_a_number_that_is_no_reason_has_the_class_unknown(void) {
+static void test_an_unknown_number_has_the_class_unknown(void) {
     TEST_ASSERT_EQUAL(REASON_UNKNOWN, reason_class((guard_reason_t)GUARD_REASON_COUNT));
     TEST_ASSERT_EQUAL(REASON_UNKNOWN, reason_class(UNKNOWN));
     TEST_ASSERT_NOT_EQUAL(REASON_UNKNOWN, reason_class((guard_reason_t)(GUARD_REASON_COUNT - 1u)));
@@ -29,7 +29,7 @@ static void test_the_worse_class_stays_and_of_one_class_the_first(void) {
     TEST_ASSERT_EQUAL(GUARD_REASON_STATE_CORRUPT, reason_worse(GUARD_REASON_BUS_OFF, GUARD_REASON_STATE_CORRUPT));
 }
 
-static void test_what_is_unknown_ranks_with_fault(void) {
+static void test_an_unknown_reason_ranks_with_fault(void) {
     TEST_ASSERT_EQUAL(UNKNOWN, reason_worse(GUARD_REASON_BUS_OFF, UNKNOWN));
     TEST_ASSERT_EQUAL(UNKNOWN, reason_worse(UNKNOWN, GUARD_REASON_STATE_CORRUPT));
     TEST_ASSERT_EQUAL(GUARD_REASON_STATE_CORRUPT, reason_worse(GUARD_REASON_STATE_CORRUPT, UNKNOWN));
@@ -37,9 +37,9 @@ static void test_what_is_unknown_ranks_with_fault(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_number_that_is_no_reason_has_the_class_unknown);
+    RUN_TEST(test_an_unknown_number_has_the_class_unknown);
     RUN_TEST(test_no_reason_is_worse_than_none);
     RUN_TEST(test_the_worse_class_stays_and_of_one_class_the_first);
-    RUN_TEST(test_what_is_unknown_ranks_with_fault);
+    RUN_TEST(test_an_unknown_reason_ranks_with_fault);
     return UNITY_END();
 }

@@ -148,12 +148,12 @@ static void test_a_payload_in_motion_is_explained_without_knowing_it(void) {
     place[1] = -0.03;
     place[2] = 0.08;
     move(&left, &seen, false);
-    printf("2 kg: %.1f Nm, of which %.3f Nm are left\n", seen, left);
+    printf("2 kg: %.1f Nm, of which %.3f Nm remain\n", seen, left);
     TEST_ASSERT_TRUE(seen > 5.0);
     ASSERT_CLOSE(0.0, left, 0.1);
 }
 
-static void test_a_lost_cycle_leaves_it_explained(void) {
+static void test_a_payload_stays_explained_after_a_lost_cycle(void) {
     double left, seen;
     mass_kg = 2.0;
     place[0] = 0.05;
@@ -189,7 +189,7 @@ static void test_a_restart_of_the_observer_forgets_the_columns(void) {
     }
 }
 
-static void test_no_task_that_asks_leaves_it_at_zero(void) {
+static void test_without_a_task_that_needs_it_the_regressor_stays_zero(void) {
     double left, seen;
     config.used = 0u;
     mass_kg = 1.0;
@@ -200,9 +200,9 @@ static void test_no_task_that_asks_leaves_it_at_zero(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_payload_in_motion_is_explained_without_knowing_it);
-    RUN_TEST(test_a_lost_cycle_leaves_it_explained);
+    RUN_TEST(test_a_payload_stays_explained_after_a_lost_cycle);
     RUN_TEST(test_the_first_column_at_rest_is_the_weight_of_three_kilograms);
     RUN_TEST(test_a_restart_of_the_observer_forgets_the_columns);
-    RUN_TEST(test_no_task_that_asks_leaves_it_at_zero);
+    RUN_TEST(test_without_a_task_that_needs_it_the_regressor_stays_zero);
     return UNITY_END();
 }

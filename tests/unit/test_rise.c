@@ -47,7 +47,7 @@ static void test_beyond_the_bound_in_three_snapshots_it_is_a_second_contact(void
     TEST_ASSERT_EQUAL_UINT32(3u, rise.snapshots); /* held */
 }
 
-static void test_at_the_bound_it_is_none(void) {
+static void test_at_the_bound_it_is_not_a_second_contact(void) {
     learn();
     for (uint32_t k = 0; k < 5u; ++k) {
         TEST_ASSERT_FALSE(step(0, NUM(2), LEARNING + k));
@@ -64,7 +64,7 @@ static void test_a_snapshot_below_the_bound_starts_the_count_again(void) {
     TEST_ASSERT_TRUE(step(0, NUM(3), LEARNING + 5u));
 }
 
-static void test_a_joint_without_a_threshold_or_that_the_robot_does_not_have_is_not_looked_at(void) {
+static void test_joints_without_a_threshold_or_beyond_the_robot_are_ignored(void) {
     detector.threshold_nm[2] = NUM(0);
     detector.threshold_nm[JOINTS] = NUM(0.5);
     detector.value_nm[JOINTS] = NUM(50);
@@ -77,8 +77,8 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_while_the_robot_stops_no_growth_is_a_second_contact);
     RUN_TEST(test_beyond_the_bound_in_three_snapshots_it_is_a_second_contact);
-    RUN_TEST(test_at_the_bound_it_is_none);
+    RUN_TEST(test_at_the_bound_it_is_not_a_second_contact);
     RUN_TEST(test_a_snapshot_below_the_bound_starts_the_count_again);
-    RUN_TEST(test_a_joint_without_a_threshold_or_that_the_robot_does_not_have_is_not_looked_at);
+    RUN_TEST(test_joints_without_a_threshold_or_beyond_the_robot_are_ignored);
     return UNITY_END();
 }

@@ -10,14 +10,14 @@ void setUp(void) {
 }
 void tearDown(void) {}
 
-static void test_the_tables_that_ship_are_valid(void) {
+static void test_the_shipped_tables_are_valid(void) {
     const robot_t *const shipped[] = {&robot_iiwa7, &robot_kinova3, &robot_ku_dex, &robot_panda, &robot_panda_bare};
     for (uint32_t i = 0; i < sizeof(shipped) / sizeof(shipped[0]); ++i) {
         TEST_ASSERT_TRUE(robot_is_valid(shipped[i]));
     }
 }
 
-static void test_one_to_eight_joints_hold_and_no_others(void) {
+static void test_only_one_to_eight_joints_are_valid(void) {
     for (uint32_t n = 0; n <= 40u; ++n) {
         robot_t other = planar_arm(&two_links, 1);
         for (uint32_t i = 1; (i < n) && (i < ROBOT_MAX_JOINTS); ++i) {
@@ -30,7 +30,7 @@ static void test_one_to_eight_joints_hold_and_no_others(void) {
     TEST_ASSERT_FALSE(robot_is_valid(&robot));
 }
 
-static void test_something_behind_the_last_joint_is_not_valid(void) {
+static void test_entries_after_the_last_joint_are_not_valid(void) {
     TEST_ASSERT_TRUE(robot_is_valid(&robot));
     robot.joint[7].torque_max_nm = NUM(1);
     TEST_ASSERT_FALSE(robot_is_valid(&robot));
@@ -117,7 +117,7 @@ static void test_lengths_moments_and_inertias_stay_below_64(void) {
 }
 
 /* Values that are not numbers: NaN and infinity in float, the value without a negative in fixed point. */
-static void test_what_is_not_a_number_is_not_valid(void) {
+static void test_values_that_are_not_numbers_are_not_valid(void) {
 #ifdef TAUPERP_FIXED
     const num_t bad[] = {INT32_MIN};
 #else
@@ -143,14 +143,14 @@ static void test_what_is_not_a_number_is_not_valid(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_the_tables_that_ship_are_valid);
-    RUN_TEST(test_one_to_eight_joints_hold_and_no_others);
-    RUN_TEST(test_something_behind_the_last_joint_is_not_valid);
+    RUN_TEST(test_the_shipped_tables_are_valid);
+    RUN_TEST(test_only_one_to_eight_joints_are_valid);
+    RUN_TEST(test_entries_after_the_last_joint_are_not_valid);
     RUN_TEST(test_a_twist_that_is_not_of_unit_length_is_not_valid);
     RUN_TEST(test_entries_at_the_end_of_the_numbers_are_not_valid);
     RUN_TEST(test_a_base_row_that_is_not_of_unit_length_is_not_valid);
     RUN_TEST(test_limits_out_of_order_are_not_valid);
     RUN_TEST(test_lengths_moments_and_inertias_stay_below_64);
-    RUN_TEST(test_what_is_not_a_number_is_not_valid);
+    RUN_TEST(test_values_that_are_not_numbers_are_not_valid);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* When to tick, by the clock and in lockstep: firmware/schedule/schedule.h. test_lockstep.c has bus time itself. */
+/* The times of ticks, in real time and in lockstep: firmware/schedule/schedule.h. Bus time: test_lockstep.c. */
 #include "schedule.h"
 
 #include "messages.h"
@@ -42,21 +42,21 @@ static void test_a_cycle_after_a_fresh_tick_may_be_late_by_half_a_period_at_most
     TEST_ASSERT_TRUE(schedule_is_due(&schedule, BEGIN_US + PERIOD_US + PERIOD_US / 2u));
 }
 
-static void test_a_tight_tick_deadline_leaves_half_of_what_is_over(void) {
+static void test_a_tight_tick_deadline_leaves_half_of_the_remaining_time(void) {
     config.tick_deadline_us = PERIOD_US + 100u;
     schedule_init(&schedule, &config, false, BEGIN_US);
     schedule_ticked(&schedule, BEGIN_US, true);
     TEST_ASSERT_TRUE(schedule_is_due(&schedule, BEGIN_US + PERIOD_US + 50u));
 }
 
-static void test_a_deadline_shorter_than_the_period_leaves_nothing(void) {
+static void test_a_deadline_shorter_than_the_period_leaves_no_time(void) {
     config.tick_deadline_us = 1u;
     schedule_init(&schedule, &config, false, BEGIN_US);
     schedule_ticked(&schedule, BEGIN_US, true);
     TEST_ASSERT_TRUE(schedule_is_due(&schedule, BEGIN_US + PERIOD_US));
 }
 
-static void test_a_complete_cycle_has_one_tick_even_if_nobody_takes_its_snapshot(void) {
+static void test_a_complete_cycle_has_one_tick_even_without_an_evaluation(void) {
     TEST_ASSERT_FALSE(schedule_complete(&schedule, false));
     TEST_ASSERT_TRUE(schedule_complete(&schedule, true));
     TEST_ASSERT_FALSE(schedule_complete(&schedule, true));
@@ -94,7 +94,7 @@ static void test_in_lockstep_guard_time_is_the_bus_and_the_clock_counts_silence_
     TEST_ASSERT_FALSE(schedule_is_due(&schedule, BEGIN_US + 10000000u)); /* a silent bus has no time */
 }
 
-static void test_what_the_tick_deadline_leaves_over_is_shared_in_halves(void) {
+static void test_the_time_left_by_the_tick_deadline_is_divided_in_halves(void) {
     config.tick_deadline_us = PERIOD_US + 100u;
     schedule_init(&schedule, &config, false, BEGIN_US);
     schedule_ticked(&schedule, BEGIN_US, true);
@@ -131,13 +131,13 @@ int main(void) {
     RUN_TEST(test_the_first_tick_is_due_at_once);
     RUN_TEST(test_without_a_cycle_a_tick_is_due_after_a_period);
     RUN_TEST(test_a_cycle_after_a_fresh_tick_may_be_late_by_half_a_period_at_most);
-    RUN_TEST(test_a_tight_tick_deadline_leaves_half_of_what_is_over);
-    RUN_TEST(test_a_deadline_shorter_than_the_period_leaves_nothing);
-    RUN_TEST(test_a_complete_cycle_has_one_tick_even_if_nobody_takes_its_snapshot);
+    RUN_TEST(test_a_tight_tick_deadline_leaves_half_of_the_remaining_time);
+    RUN_TEST(test_a_deadline_shorter_than_the_period_leaves_no_time);
+    RUN_TEST(test_a_complete_cycle_has_one_tick_even_without_an_evaluation);
     RUN_TEST(test_in_real_time_guard_time_is_the_callers);
     RUN_TEST(test_a_refused_block_gives_no_times);
     RUN_TEST(test_in_lockstep_guard_time_is_the_bus_and_the_clock_counts_silence_only);
-    RUN_TEST(test_what_the_tick_deadline_leaves_over_is_shared_in_halves);
+    RUN_TEST(test_the_time_left_by_the_tick_deadline_is_divided_in_halves);
     RUN_TEST(test_in_real_time_a_frame_does_not_move_the_due_time);
     RUN_TEST(test_in_lockstep_the_silence_counts_from_the_start_and_from_each_time_that_it_was_due);
     RUN_TEST(test_in_lockstep_a_complete_cycle_has_its_tick_only_after_its_sync);

@@ -31,7 +31,7 @@ static void test_zeros_leave_every_bit_of_the_torque(void) {
     TEST_ASSERT_EQUAL_MEMORY(torque, corrected, JOINTS * sizeof(num_t));
 }
 
-static void test_the_offset_is_taken_off(void) {
+static void test_the_offset_is_subtracted(void) {
     config.offset_nm[1] = NUM(0.25);
     config.offset_nm[4] = NUM(-0.5);
     correct();
@@ -83,7 +83,7 @@ static void test_a_joint_that_the_arm_does_not_have_is_not_written(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_zeros_leave_every_bit_of_the_torque);
-    RUN_TEST(test_the_offset_is_taken_off);
+    RUN_TEST(test_the_offset_is_subtracted);
     RUN_TEST(test_friction_has_the_sign_of_the_velocity_and_fades_at_rest);
     RUN_TEST(test_a_torque_is_corrected_in_place);
     RUN_TEST(test_settings_beyond_their_bounds_are_refused);

@@ -1,4 +1,4 @@
-/* Which links an index sees, and the limit of a blind link on the permission. */
+/* The links on which an index detects a force, and the effect of a blind link on the permission. */
 #include "sight.h"
 
 #include "core_fixture.h"
@@ -86,11 +86,11 @@ static void test_a_lever_is_the_derivative_of_the_middles_height(void) {
     }
 }
 
-static void test_every_link_is_blind_until_it_was_looked_at(void) {
+static void test_every_link_is_blind_until_it_was_evaluated(void) {
     TEST_ASSERT_EQUAL_HEX32(0x7Fu, sight.blind);
     steps(3u * N);
-    TEST_ASSERT_EQUAL_HEX32(0x00u,
-                            sight.blind & ~1u); /* r sees all but the first link, whose middle is near its axis */
+    TEST_ASSERT_EQUAL_HEX32(
+        0x00u, sight.blind & ~1u); /* r detects a force on all but the first link, whose middle is near its axis */
 }
 
 static void test_d_e_is_blind_to_the_last_link_and_r_is_not(void) {
@@ -102,7 +102,7 @@ static void test_d_e_is_blind_to_the_last_link_and_r_is_not(void) {
     TEST_ASSERT_TRUE((sight.blind & 0x40u) == 0u);
 }
 
-static void test_a_link_is_blind_if_no_channel_sees_a_force_that_stays(void) {
+static void test_a_link_is_blind_if_no_channel_passes_a_constant_force(void) {
     bank.channel[0].high_pass[0] = NUM(0.01);
     steps(3u * N);
     TEST_ASSERT_EQUAL_HEX32(0x7Fu, sight.blind);
@@ -150,9 +150,9 @@ static void test_blindness_follows_the_posture_through_a_singularity_and_back(vo
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_lever_is_the_derivative_of_the_middles_height);
-    RUN_TEST(test_every_link_is_blind_until_it_was_looked_at);
+    RUN_TEST(test_every_link_is_blind_until_it_was_evaluated);
     RUN_TEST(test_d_e_is_blind_to_the_last_link_and_r_is_not);
-    RUN_TEST(test_a_link_is_blind_if_no_channel_sees_a_force_that_stays);
+    RUN_TEST(test_a_link_is_blind_if_no_channel_passes_a_constant_force);
     RUN_TEST(test_blindness_follows_the_posture_through_a_singularity_and_back);
     return UNITY_END();
 }

@@ -61,7 +61,7 @@ static void test_it_is_complete_only_with_the_last_joint_for_every_number_of_joi
     }
 }
 
-static void test_each_reading_lands_at_its_joint(void) {
+static void test_each_reading_is_stored_at_its_joint(void) {
     complete(9);
     for (uint32_t joint = 0; joint < JOINTS; ++joint) {
         const num_t mark = num_from_int((int32_t)joint + 1);
@@ -79,7 +79,7 @@ static void test_a_joint_that_the_robot_does_not_have_is_refused(void) {
     TEST_ASSERT_EQUAL(SNAPSHOT_NO_JOINT, reading(UINT32_MAX, 0));
 }
 
-static void test_a_sync_drops_what_the_cycle_before_left_incomplete(void) {
+static void test_a_sync_drops_the_previous_incomplete_cycle(void) {
     snapshot_begin(&snapshot, 1);
     for (uint32_t joint = 0; joint + 1u < JOINTS; ++joint) {
         (void)reading(joint, 1);
@@ -105,7 +105,7 @@ static void test_readings_of_two_cycles_never_make_one_snapshot(void) {
     TEST_ASSERT_EQUAL(SNAPSHOT_COMPLETED, reading(3, 5));
 }
 
-static void test_only_the_current_cycles_nibble_is_taken(void) {
+static void test_only_the_current_cycles_nibble_is_accepted(void) {
     for (uint16_t cycle = 0; cycle < 16u; ++cycle) {
         for (uint16_t behind = 0; behind < 16u; ++behind) {
             snapshot_begin(&snapshot, cycle);
@@ -140,11 +140,11 @@ static void test_a_snapshot_is_taken_once(void) {
     complete(8);
 }
 
-static void test_the_first_snapshot_has_nothing_to_go_on_from(void) {
+static void test_the_first_snapshot_has_no_predecessor(void) {
     TEST_ASSERT_EQUAL_UINT(0, take(100));
 }
 
-static void test_the_gap_counts_cycles_since_the_last_snapshot_that_was_taken(void) {
+static void test_the_gap_counts_cycles_since_the_last_evaluated_snapshot(void) {
     (void)take(100);
     TEST_ASSERT_EQUAL_UINT(1, take(101));
     snapshot_begin(&snapshot, 102);
@@ -162,12 +162,12 @@ static void test_the_gap_is_right_across_the_wrap_of_the_cycle_number(void) {
     TEST_ASSERT_EQUAL_UINT(65535, take(1));
 }
 
-static void test_a_cycle_number_that_jumps_back_is_a_gap_that_no_step_bridges(void) {
+static void test_a_cycle_number_that_jumps_back_is_a_gap_too_long_to_bridge(void) {
     (void)take(1000);
     TEST_ASSERT_EQUAL_UINT(65528, take(992));
 }
 
-static void test_the_same_cycle_begun_again_has_nothing_to_go_on_from(void) {
+static void test_the_same_cycle_begun_again_has_no_predecessor(void) {
     (void)take(5);
     TEST_ASSERT_EQUAL_UINT(0, take(5));
 }
@@ -200,7 +200,7 @@ static void test_a_corrupt_state_is_not_valid(void) {
     TEST_ASSERT_FALSE(snapshot_is_valid(&fresh));
 }
 
-static void test_a_restart_is_as_the_beginning(void) {
+static void test_a_restart_gives_the_initial_state(void) {
     (void)take(5);
     snapshot_restart(&snapshot);
     snapshot_t fresh;
@@ -209,14 +209,14 @@ static void test_a_restart_is_as_the_beginning(void) {
     TEST_ASSERT_EQUAL(SNAPSHOT_NO_SYNC, reading(0, 5));
 }
 
-static void test_a_state_that_is_wrong_in_one_thing_only_is_not_valid(void) {
+static void test_a_state_with_a_single_error_is_not_valid(void) {
     snapshot_t other;
     TEST_ASSERT_TRUE(snapshot_init(&other, JOINTS));
-    other.expected = 0u; /* no joint, and none has come */
+    other.expected = 0u; /* no joint is expected, and none was received */
     TEST_ASSERT_FALSE(snapshot_is_valid(&other));
     TEST_ASSERT_TRUE(snapshot_init(&other, JOINTS));
     snapshot_begin(&other, 3);
-    other.received = 0x80u; /* of a joint that is not expected, in a cycle that nobody has taken */
+    other.received = 0x80u; /* of a joint that is not expected, in a cycle without an evaluation */
     TEST_ASSERT_FALSE(snapshot_is_valid(&other));
 }
 
@@ -225,22 +225,22 @@ int main(void) {
     RUN_TEST(test_a_robot_has_1_to_8_joints);
     RUN_TEST(test_nothing_is_taken_before_the_first_sync);
     RUN_TEST(test_it_is_complete_only_with_the_last_joint_for_every_number_of_joints);
-    RUN_TEST(test_each_reading_lands_at_its_joint);
+    RUN_TEST(test_each_reading_is_stored_at_its_joint);
     RUN_TEST(test_a_joint_that_the_robot_does_not_have_is_refused);
-    RUN_TEST(test_a_sync_drops_what_the_cycle_before_left_incomplete);
+    RUN_TEST(test_a_sync_drops_the_previous_incomplete_cycle);
     RUN_TEST(test_a_sync_ends_a_complete_snapshot);
     RUN_TEST(test_readings_of_two_cycles_never_make_one_snapshot);
-    RUN_TEST(test_only_the_current_cycles_nibble_is_taken);
+    RUN_TEST(test_only_the_current_cycles_nibble_is_accepted);
     RUN_TEST(test_a_duplicate_is_refused_and_the_first_reading_stays);
     RUN_TEST(test_a_duplicate_after_completion_changes_nothing);
     RUN_TEST(test_a_snapshot_is_taken_once);
-    RUN_TEST(test_the_first_snapshot_has_nothing_to_go_on_from);
-    RUN_TEST(test_the_gap_counts_cycles_since_the_last_snapshot_that_was_taken);
+    RUN_TEST(test_the_first_snapshot_has_no_predecessor);
+    RUN_TEST(test_the_gap_counts_cycles_since_the_last_evaluated_snapshot);
     RUN_TEST(test_the_gap_is_right_across_the_wrap_of_the_cycle_number);
-    RUN_TEST(test_a_cycle_number_that_jumps_back_is_a_gap_that_no_step_bridges);
-    RUN_TEST(test_the_same_cycle_begun_again_has_nothing_to_go_on_from);
+    RUN_TEST(test_a_cycle_number_that_jumps_back_is_a_gap_too_long_to_bridge);
+    RUN_TEST(test_the_same_cycle_begun_again_has_no_predecessor);
     RUN_TEST(test_a_corrupt_state_is_not_valid);
-    RUN_TEST(test_a_restart_is_as_the_beginning);
-    RUN_TEST(test_a_state_that_is_wrong_in_one_thing_only_is_not_valid);
+    RUN_TEST(test_a_restart_gives_the_initial_state);
+    RUN_TEST(test_a_state_with_a_single_error_is_not_valid);
     return UNITY_END();
 }

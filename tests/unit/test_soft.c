@@ -53,7 +53,7 @@ static void solve(uint32_t k, double s, const double tau[N], double x[N]) {
     }
 }
 
-static void test_what_is_left_solves_the_normal_equations(void) {
+static void test_the_remainder_solves_the_normal_equations(void) {
     random_start(301);
     for (int round = 0; round < DRAWS(3000); ++round) {
         const uint32_t k = (uint32_t)round % (K + 1u);
@@ -74,7 +74,7 @@ static void test_what_is_left_solves_the_normal_equations(void) {
     }
 }
 
-static void test_the_first_columns_alone_are_a_projection_of_their_own(void) {
+static void test_the_first_columns_alone_give_their_own_projection(void) {
     random_start(302);
     for (int round = 0; round < DRAWS(300); ++round) {
         num_t torque[ROBOT_MAX_JOINTS] = {NUM(0)}, all[ROBOT_MAX_JOINTS], alone[ROBOT_MAX_JOINTS];
@@ -133,7 +133,7 @@ static void test_the_smallest_singular_value_is_followed(void) {
     }
 }
 
-static void test_columns_of_zeros_at_the_end_are_left_out(void) {
+static void test_columns_of_zeros_at_the_end_are_ignored(void) {
     const num_t torque[ROBOT_MAX_JOINTS] = {NUM(1), NUM(2), NUM(3)};
     num_t rejected[ROBOT_MAX_JOINTS];
     column[0][1] = NUM(0.5);
@@ -149,7 +149,7 @@ static void test_columns_of_zeros_at_the_end_are_left_out(void) {
     TEST_ASSERT_TRUE(soft.smallest == NUM(0));
 }
 
-static void test_what_is_no_number_explains_nothing_for_good(void) {
+static void test_a_value_that_is_not_a_number_explains_nothing_from_then_on(void) {
     num_t torque[ROBOT_MAX_JOINTS] = {NUM(1), NUM(2), NUM(3)};
     num_t rejected[ROBOT_MAX_JOINTS];
     any_columns(3u, 0.8);
@@ -171,11 +171,11 @@ static void test_what_is_no_number_explains_nothing_for_good(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_what_is_left_solves_the_normal_equations);
-    RUN_TEST(test_the_first_columns_alone_are_a_projection_of_their_own);
+    RUN_TEST(test_the_remainder_solves_the_normal_equations);
+    RUN_TEST(test_the_first_columns_alone_give_their_own_projection);
     RUN_TEST(test_the_index_is_continuous_through_a_change_of_rank);
     RUN_TEST(test_the_smallest_singular_value_is_followed);
-    RUN_TEST(test_columns_of_zeros_at_the_end_are_left_out);
-    RUN_TEST(test_what_is_no_number_explains_nothing_for_good);
+    RUN_TEST(test_columns_of_zeros_at_the_end_are_ignored);
+    RUN_TEST(test_a_value_that_is_not_a_number_explains_nothing_from_then_on);
     return UNITY_END();
 }

@@ -1,4 +1,4 @@
-/* The projector of a matrix: what it leaves, and which directions count. Unusual columns: test_subspace_columns.c. */
+/* The projector of a matrix: its remainder, and the directions that count. Unusual columns: test_subspace_columns.c. */
 #include "subspace_fixture.h"
 
 void setUp(void) {
@@ -57,7 +57,7 @@ static void test_a_direction_just_above_the_tolerance_is_explained_and_one_just_
     }
 }
 
-static void test_rank_deficient_columns_leave_the_complement_of_what_they_span(void) {
+static void test_rank_deficient_columns_leave_the_complement_of_their_span(void) {
     const double sigma[] = {1.1, 0.8, 0.4, 0.2, 0.0, 0.0};
     double left[N][N];
     random_start(34);
@@ -130,7 +130,7 @@ static void test_more_columns_than_joints_of_low_rank_leave_a_complement(void) {
     }
 }
 
-static void test_the_steps_before_leave_no_trace(void) {
+static void test_earlier_steps_have_no_influence(void) {
     const double sigma[] = {1.0, 0.5, 0.1};
     double left[N][N];
     random_start(43);
@@ -199,11 +199,11 @@ int main(void) {
     RUN_TEST(test_full_rank_leaves_the_complement);
     RUN_TEST(test_the_tolerance_decides_which_directions_count);
     RUN_TEST(test_a_direction_just_above_the_tolerance_is_explained_and_one_just_below_is_not);
-    RUN_TEST(test_rank_deficient_columns_leave_the_complement_of_what_they_span);
+    RUN_TEST(test_rank_deficient_columns_leave_the_complement_of_their_span);
     RUN_TEST(test_the_projector_is_symmetric_idempotent_and_never_lengthens);
     RUN_TEST(test_more_columns_than_joints_explain_everything);
     RUN_TEST(test_more_columns_than_joints_of_low_rank_leave_a_complement);
-    RUN_TEST(test_the_steps_before_leave_no_trace);
+    RUN_TEST(test_earlier_steps_have_no_influence);
     RUN_TEST(test_the_torque_may_be_rejected_in_place);
     RUN_TEST(test_the_sweeps_are_bounded_and_nearly_always_enough);
     return UNITY_END();

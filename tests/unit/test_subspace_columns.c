@@ -1,4 +1,4 @@
-/* Columns that are zero, tiny, given twice or no numbers. */
+/* Columns that are zero, tiny, repeated, or not numbers. */
 #include "subspace_fixture.h"
 
 void setUp(void) {
@@ -81,7 +81,7 @@ static void test_one_joint_is_explained_or_not(void) {
     assert_identity(1);
 }
 
-static void test_tiny_columns_are_as_nothing(void) {
+static void test_tiny_columns_explain_nothing(void) {
     random_start(40);
     for (int decade = -38; decade <= -4; ++decade) {
         for (uint32_t c = 0; c < K; ++c) {
@@ -96,7 +96,7 @@ static void test_tiny_columns_are_as_nothing(void) {
 }
 
 /* The rounding residue of a zero column must not change the span of the others: its square has no exact float. */
-static void test_vanishing_columns_beside_good_ones_change_nothing(void) {
+static void test_vanishing_columns_next_to_good_ones_change_nothing(void) {
     const double sigma[] = {1.0, 0.4};
     double left[N][N];
     random_start(41);
@@ -118,7 +118,7 @@ static void test_vanishing_columns_beside_good_ones_change_nothing(void) {
 }
 
 /* NaN and infinity at any place. Fixed point has neither: any bits are numbers and give a projector. */
-static void test_what_is_not_a_number_explains_nothing(void) {
+static void test_values_that_are_not_numbers_explain_nothing(void) {
 #ifndef TAUPERP_FIXED
     const num_t bad[] = {NAN, INFINITY, -INFINITY};
 #else
@@ -155,8 +155,8 @@ int main(void) {
     RUN_TEST(test_zero_columns_change_nothing);
     RUN_TEST(test_a_column_given_twice_counts_once);
     RUN_TEST(test_one_joint_is_explained_or_not);
-    RUN_TEST(test_tiny_columns_are_as_nothing);
-    RUN_TEST(test_vanishing_columns_beside_good_ones_change_nothing);
-    RUN_TEST(test_what_is_not_a_number_explains_nothing);
+    RUN_TEST(test_tiny_columns_explain_nothing);
+    RUN_TEST(test_vanishing_columns_next_to_good_ones_change_nothing);
+    RUN_TEST(test_values_that_are_not_numbers_explain_nothing);
     return UNITY_END();
 }

@@ -6,7 +6,7 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-static void test_a_token_mixes_the_one_before_the_stage_and_the_bits_and_is_never_zero(void) {
+static void test_a_token_mixes_its_predecessor_the_stage_and_the_bits_and_is_never_zero(void) {
     TEST_ASSERT_EQUAL_HEX32((((6u * 2654435761u) + 1u) << 1) | 1u, token_next(5u, TOKEN_MOTION, 3u));
     TEST_ASSERT_EQUAL_HEX32((7u << 1) | 1u, token_next(0u, TOKEN_DETECTOR, 0u));
 }
@@ -21,7 +21,7 @@ static void test_the_bits_of_numbers_depend_on_each_and_on_their_order(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_token_mixes_the_one_before_the_stage_and_the_bits_and_is_never_zero);
+    RUN_TEST(test_a_token_mixes_its_predecessor_the_stage_and_the_bits_and_is_never_zero);
     RUN_TEST(test_the_bits_of_numbers_depend_on_each_and_on_their_order);
     return UNITY_END();
 }

@@ -44,7 +44,7 @@ fault_t draw_fault(const reference_t *reference, const selection_t *from, uint64
     const uint32_t *const parts = from->part;
     uint64_t state = seed ^ (number * 0xD1342543DE82EF95u);
     fault_t fault = {.factor = 1.0, .unwatched = from->unwatched};
-    /* Parts that the caller names are drawn by their size, the ways of time evenly. */
+    /* Named parts are drawn in proportion to their size, the faults of time uniformly. */
     uint32_t total = 0;
     for (uint32_t i = 0; i < from->count; ++i) {
         total += (parts[i] < machine_parts) ? machine_part[parts[i]].size : 1u;

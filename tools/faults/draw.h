@@ -1,4 +1,4 @@
-/* draw: faults, drawn from a seed and a number alone. */
+/* draw: random faults that depend only on a seed and a number. */
 #ifndef FAULTS_DRAW_H
 #define FAULTS_DRAW_H
 
@@ -13,7 +13,7 @@ typedef struct {
 /* The name of a part, as the report uses it. */
 const char *part_name(uint32_t part);
 
-/* Parts, "state", "table", "time" or "unwatched"; without a name all of the state. */
+/* Parts, "state", "table", "time" or "unwatched"; without a name the whole state. */
 selection_t select_parts(int count, char **names);
 
 /* Fault `number` of the seed. */

@@ -1,9 +1,9 @@
-/* faults: flips bits in a guard's state and block, and spoils its clock and ticks, while it hears a recorded run.
+/* faults: flips bits in a guard's state and block, and disturbs its clock and ticks, while it receives a recorded run.
  *
  *     faults RECORDING SEED FIRST COUNT [PART...]
  *
  * PART: `state` (as without one: with `table`), `table`, `time`, or a name of machine.c; `unwatched`: the table,
- * without the check that sees it, as a test of this program.
+ * without the check that detects it, as a test of this program.
  *
  * RECORDING (tools/faults/record.py): a block, then one cycle after the other: its time and its frames. The run without
  * a fault comes first; it is the reference. Fault number i is drawn from SEED and i alone. Each fault starts from the
@@ -93,7 +93,7 @@ static outcome_t judge(const fault_t *fault, uint32_t *after) {
         } else if (answer.in_fault && !reference.answer[at].in_fault) {
             outcome = DETECTED;
         } else if (!answer.permits && reference.answer[at].permits) {
-            /* The answer that the robot refuses, or no answer: the fault is seen there. */
+            /* The robot refuses the answer, or receives none: the fault is detected there. */
             outcome = (world.machine.guard.state == (uint32_t)GUARD_STATE_MONITORING) ? DETECTED : NEEDLESS;
         } else {
             /* the same */

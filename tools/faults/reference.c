@@ -19,7 +19,7 @@ static void flip(machine_t *machine, const fault_t *fault) {
     }
 }
 
-/* The guard's time: the recorded one, or what the fault makes of it. */
+/* The guard's time: the recorded one, or the one changed by the fault. */
 static uint64_t time_of(const cycle_t cycles[], uint32_t at, const fault_t *fault) {
     const uint64_t true_us = cycles[at].now_us;
     if ((fault == NULL) || (fault->part < machine_parts) || (at < fault->cycle)) {
@@ -34,7 +34,7 @@ static bool has_tick(uint32_t at, const fault_t *fault) {
            (at >= (fault->cycle + fault->ticks));
 }
 
-/* A tick of cycle `at`; the robot hears it at once. */
+/* A tick of cycle `at`; the robot receives it at once. */
 static void tick(world_t *world, uint64_t guard_us, uint64_t robot_us, answer_t *answer) {
     guard_output_t out;
     guard_tick(&world->machine.guard, guard_us, &out);

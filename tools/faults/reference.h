@@ -1,4 +1,4 @@
-/* reference: a recorded run, what a guard without a fault answers to it, and one cycle of it with or without a fault.
+/* reference: a recorded run, the answers of a guard without a fault, and one cycle with or without a fault.
  */
 #ifndef FAULTS_REFERENCE_H
 #define FAULTS_REFERENCE_H
@@ -35,7 +35,7 @@ typedef struct {
 
 _Noreturn void give_up(const char *why);
 
-/* Reads the recording and runs it without a fault. Gives up on another kind of file, or one without a stop. */
+/* Reads the recording and runs it without a fault. Ends the process for another kind of file, or one without a stop. */
 void reference_run(reference_t *self, const char *path);
 
 /* One cycle. fault: NULL for none. */

@@ -1,7 +1,7 @@
 /* board: the functions that a circuit provides for the guard's loop (loop.h). Each board implements every function
  * once. All are polled, none waits, and no interrupt is used.
  *
- * Permission goes out twice: as a frame, and as a pin that must keep toggling. A safety relay behind a charge pump
+ * The permission is sent twice: as a frame, and as a pin that must keep toggling. A safety relay behind a charge pump
  * drops out when the edges stop, at either level. A hung processor therefore also withdraws the permission.
  */
 #ifndef TAUPERP_BOARD_H

@@ -1,4 +1,4 @@
-/* Start-up of the Cortex-R5F: vectors, stacks, FPU, memory; then main. Arm state, system mode, interrupts off for good.
+/* Start-up of the Cortex-R5F: vectors, stacks, FPU, memory; then main. Arm state, system mode, interrupts always off.
  *
  * Every exception is a fault (exceptions.c): it never returns, so it needs no register of the code it ended. */
     .syntax unified

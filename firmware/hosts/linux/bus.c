@@ -78,7 +78,7 @@ static const char *connect_to(bus_t *self) {
         if ((ioctl(fd, SIOCGIFHWADDR, &interface) != 0) || (interface.ifr_hwaddr.sa_family != ARPHRD_CAN)) {
             problem = "not a CAN interface";
         } else if ((ioctl(fd, SIOCGIFMTU, &interface) != 0) || (self->fd && (interface.ifr_mtu < (int)CANFD_MTU))) {
-            problem = "the configuration asks for CAN FD, which this interface does not have or is not set up for";
+            problem = "the configuration requires CAN FD, which this interface does not have or is not set up for";
         } else if (!set_filters(fd) || !set_reports(fd) ||
                    (bind(fd, (const struct sockaddr *)&address, sizeof address) != 0)) {
             problem = strerror(errno);

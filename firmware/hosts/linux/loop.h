@@ -7,7 +7,7 @@
  *     StopCommand (its queue is full of older ones).
  *   - RX_OVERFLOW: the socket or the controller lost frames.
  *   - ANOTHER_GUARD: a StopCommand of another guard was received (guard.h).
- * The guard gets them in every state, also before the first tick. An interface that comes back, or is removed and
+ * The guard gets them in every state, also before the first tick. An interface that is up again, or is removed and
  * created again under its name, is used again without a restart. The trip stays latched.
  */
 #ifndef TAUPERP_LINUX_LOOP_H

@@ -33,7 +33,7 @@ MOST_DELAY = 7  # cycles that the kernel's sensors remember
 
 
 def _pair(value: Any) -> Any:
-    """A single number stands for a range without width. TOML's lists become the models' tuples."""
+    """A single number means a range without width. TOML's lists become the models' tuples."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return (value, value)
     return tuple(value) if isinstance(value, list) else value

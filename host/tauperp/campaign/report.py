@@ -195,7 +195,7 @@ def _html(title: str, report: dict[str, Any], png: bytes) -> str:
         parts.append(page.table(("", *_HEADER), rows))
         contact = one["contact"]
         parts.append(
-            page.table(("hit", "cannot tell", *(f"told {link}" for link in contact["links"])), link_rows(contact))
+            page.table(("hit", "not known", *(f"reported {link}" for link in contact["links"])), link_rows(contact))
         )
         parts.append(page.table(("push", *(name.lower() for name in contact["classes"])), class_rows(contact)))
         parts.append(page.note(_force_note(contact)))

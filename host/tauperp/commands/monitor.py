@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
                 last = listen(bus, monitor, begin, duration, args.every, _print_line, events, down)
             else:
                 last = _watch(bus, monitor, begin, duration, source, events, down)
-        except can.CanError as error:  # the bus went away: unplugged, shut down
+        except can.CanError as error:  # the bus disappeared: unplugged, shut down
             raise InputError(f"CAN bus {source}: {' '.join(str(error).split())}") from error
     return 0 if last.heard else 1
 

@@ -89,7 +89,7 @@ class Acceleration(Table):
     """When the payload task may explain the commanded acceleration."""
 
     force_floor_n: float = Field(gt=0, le=20)  # below: mass_max_kg times the acceleration cannot matter
-    error_max_m_s2: float = Field(gt=0, le=10)  # between commanded and measured; beyond: it is not believed
+    error_max_m_s2: float = Field(gt=0, le=10)  # between commanded and measured; beyond, the commanded one is not used
 
 
 class Regressor(Table):

@@ -68,7 +68,7 @@ class Verdict:
     full_speed: bool  # the permission is not for the reduced speed only
     blind_links: int  # bit per link, link 1 the lowest: the index in force detects no force on it
     needed_links: int  # bit per link: the task in force must detect a force on it
-    contact_link: int  # that the last collision hit, 1 to n; 0: cannot tell, or not yet
+    contact_link: int  # that the last collision hit, 1 to n; 0: not known, or not yet
     contact_class: ContactClass  # of the last collision
     contact_force: FloatArray  # (3,) on the robot, base frame, N
     smallest_singular: float  # of the active basis, or a lower bound, Nm per N; 0 without a basis

@@ -51,7 +51,7 @@ class Library:
         return np.dtype(np.float32 if self.numeric == "float32" else np.int32)
 
     def new(self, declaration: str) -> Any:
-        """A zeroed C object, e.g. new("motion_t *"). It lives as long as the returned object."""
+        """A zeroed C object, e.g. new("motion_t *"). It is valid as long as the returned object exists."""
         return self.ffi.new(declaration)
 
     def view(self, member: Any) -> npt.NDArray[Any]:

@@ -282,7 +282,7 @@ def _fill_message(target: Any, message: WireMessage, names: Sequence[str]) -> No
 
 
 def cycles_of(time_s: npt.NDArray[np.float64], period_us: int) -> npt.NDArray[np.uint32]:
-    """The cycle of each row of a recording: its time in periods, at least one after the row before, from 1."""
+    """The cycle of each row of a recording: its time in periods, at least one after the previous row, from 1."""
     wanted = np.rint(time_s * 1e6 / period_us).astype(np.int64)
     steps = np.arange(len(wanted))
     return (np.maximum.accumulate(wanted - steps) + steps + 1).astype(np.uint32)

@@ -151,7 +151,7 @@ class ColumnMap:
     acceleration: tuple[Column, ...]
     label: Column
     label_needed: bool
-    separator: str | None = None  # of a .csv; None: to be found out
+    separator: str | None = None  # of a .csv; None: detected
     decimal: str | None = None
     wrap: bool = False
     names: tuple[str, ...] = ()  # of the joints, by which the values of a message with names are picked

@@ -49,7 +49,7 @@ def check_rate(recording: Recording) -> None:
 def wrapped(path: Path, q: FloatArray, columns: ColumnMap) -> tuple[FloatArray, list[str]]:
     """Angles (m, n) as the wire carries them, and which joints were wrapped to +-pi: those that turn further, or all.
 
-    Raises InputError for an angle of more turns than a joint reports, unless the map asks for it.
+    Raises InputError for an angle of more turns than a joint reports, unless the map allows it.
     """
     farthest = np.abs(q).max(axis=0)
     beyond = farthest > WIRE_POSITION_RAD

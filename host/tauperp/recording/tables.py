@@ -36,7 +36,7 @@ def read_csv(path: str | Path, joints: int) -> Recording:
 def read_recording(
     path: str | Path, joints: int, map_file: str | Path | None = None, *, names: Sequence[str] = ()
 ) -> Recording:
-    """Read a recording of an arm with so many joints, with the columns of the map or the default ones.
+    """Read a recording of an arm with `joints` joints, with the columns of the map or the default ones.
 
     names: of the joints, to select values by name where a message has names. A row without a valid reading (not a
     number, not finite, back in time) ends the recording like damage: the rows before it are kept. Rows without any

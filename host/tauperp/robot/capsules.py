@@ -19,7 +19,7 @@ def volume(capsule: Capsule) -> float:
 def automatic_capsule(mass: float, com: Array, end: Array) -> Capsule:
     """From the joint's origin to the next joint's (or the tip) at `end` (3,) m, as thick as its mass kg makes likely.
 
-    Where the next joint sits on this one the link reaches through its centre of mass instead.
+    Where the next joint is at the same point the link reaches through its centre of mass instead.
     """
     length = float(np.linalg.norm(end))
     if length < 2.0 * RADIUS_M[0] and np.linalg.norm(com) > 0.5 * length:

@@ -7,7 +7,7 @@ z-aligned frames is Rz(a) Rx(twist) Rz(b): a turns the parent's frame, b is left
 
 Inertial parameters: from the tip to the base every link hands a rod on its joint axis to its parent (Gautier and
 Khalil 1990): mass m, first moment m z and inertia diag(l, l, 0) about the frame's origin, with l its inertia yy. Such a
-rod cannot tell whether it turns with the joint. Seven numbers per link remain.
+rod has the same effect whether or not it turns with the joint. Seven numbers per link remain.
 """
 
 from dataclasses import dataclass
