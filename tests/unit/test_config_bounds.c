@@ -11,7 +11,7 @@ void setUp(void) {
 }
 void tearDown(void) {}
 
-/* The verdict on the block as it stands; then the good block again. */
+/* The verdict on the changed block; then the good block is restored. */
 static void assert_verdict(guard_status_t expected) {
     seal_config(&config);
     TEST_ASSERT_EQUAL(expected, config_check(&config));

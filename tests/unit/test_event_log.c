@@ -191,7 +191,7 @@ static void test_a_step_longer_than_its_field_is_the_largest_that_fits(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_step_longer_than_its_field_is_the_largest_that_fits);
-    RUN_TEST(test_nothing_is_said_before_a_trip_is_complete);
+    RUN_TEST(test_no_frame_is_sent_before_a_trip_is_complete);
     RUN_TEST(test_an_event_has_samples_from_before_and_after_its_trip);
     RUN_TEST(test_the_last_three_trips_are_kept);
     RUN_TEST(test_a_trip_soon_after_the_start_has_fewer_samples_before);

@@ -148,7 +148,7 @@ static void test_indexes_are_compared_again_after_the_filters_have_settled(void)
     assert_disagreement_after((AGREE_RANK_US / PERIOD_US) + AGREE_TICKS);
 }
 
-static void test_indexes_are_not_compared_while_filters_remember_a_number_that_was_cut_off(void) {
+static void test_indexes_are_not_compared_while_a_saturated_value_is_in_the_filters(void) {
     own.saturated = true;
     TEST_ASSERT_TRUE(step());
     own.saturated = false;

@@ -6,13 +6,13 @@ Each numeric type is a build and a verdict of its own: what float32 reaches does
 the copies of an inline function in several files count as one. A condition counts as shown where one copy shows it.
 The second channel of the float build is not instrumented again: it is the fixed build.
 
-What is not reached fails, unless a comment above its line explains it:
+Code that is not reached is a failure, unless a comment above its line explains it:
 
     /* Uncovered in fixed: 1 region, 2 branches. Why no input can reach it. */
 
-`both` stands for both numeric types, `in both, 4 lines` for as many lines. The counts are exact: a second gap on the
+`both` means both numeric types, `in both, 4 lines` that number of lines. The counts are exact: a second gap on the
 same line fails, and so does a comment whose gap is closed. A region is what clang counts between two branches: a missed
-line has a missed region. What only the second channel compiles (projection.c) is not counted.
+line has a missed region. Code that only the second channel compiles (projection.c) is not counted.
 The report is out/coverage/report.md.
 """
 
