@@ -8,6 +8,7 @@ tauperp_processor(m4f cortex_m -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fp
 tauperp_processor(m7 cortex_m -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-sp-d16)
 tauperp_processor(r5f versal_r5 -mcpu=cortex-r5 -mthumb -mfloat-abi=hard -mfpu=vfpv3-d16)
 
-# tauperp_board(NAME PROCESSOR [OPENOCD ADDRESS]): OPENOCD and ADDRESS are for `make flash`, where the board can be flashed.
-tauperp_board(versal_r5 r5f)
-tauperp_board(stm32g4 m4f stm32g4x 0x08000000)
+# tauperp_board(NAME PROCESSOR CHANNELS [OPENOCD ADDRESS]): CHANNELS is 1 where two are too slow for a cycle of 1 ms
+# (docs/decisions/channels.md). OPENOCD and ADDRESS are for `make flash`, where the board can be flashed.
+tauperp_board(versal_r5 r5f 2)
+tauperp_board(stm32g4 m4f 1 stm32g4x 0x08000000)

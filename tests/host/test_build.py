@@ -87,7 +87,7 @@ def test_a_new_board_is_its_folder_and_one_row(checkout: Path, tmp_path: Path) -
     shutil.copytree(boards / "stm32g4", boards / "mine")
     (boards / "mine" / "stm32g4.ld").rename(boards / "mine" / "mine.ld")
     with open(checkout / "cmake" / "table.cmake", "a", encoding="utf-8") as table:
-        table.write("tauperp_board(mine m4f)\n")
+        table.write("tauperp_board(mine m4f 1)\n")
     block = tmp_path / "block.bin"
     block.write_bytes(load_configuration("default", robot="ku_dex").block())
     run([BIN / "python", "tools/firmware"], checkout, BOARD="mine", BLOCK=str(block), IMAGE="build/mine.elf")
