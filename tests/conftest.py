@@ -24,11 +24,11 @@ pytest_plugins = ["unity_items", "bus_session"]
 SEED = 4711
 # Files whose tests simulate minutes, start clusters, install packages or wait for a real clock.
 SLOW = (
-    "test_build", "test_calibrate", "test_campaign", "test_docs", "test_experiment", "test_front_door",
-    "test_guard_faults", "test_guard_senders", "test_monitor", "test_planted", "test_public_arms", "test_real_arms",
-    "test_record",
-    "test_replay_compare", "test_replay_panda", "test_run_bus", "test_score", "test_sensitivity", "test_stop_cycles",
-    "test_task_switching", "test_view", "test_wheel",
+    "test_build", "test_calibrate", "test_campaign", "test_docs", "test_experiment", "test_fault_injection",
+    "test_front_door", "test_guard_faults", "test_guard_senders", "test_monitor", "test_planted",
+    "test_public_arms", "test_real_arms", "test_record", "test_replay_compare", "test_replay_panda",
+    "test_run_bus", "test_score", "test_sensitivity", "test_stop_cycles", "test_task_switching", "test_view",
+    "test_wheel",
 )  # fmt: skip
 # The longest tests start first, so that no worker still runs one at the end.
 FIRST = ("tests/bus/", "tests/target/test_versal_lockstep.py", "tests/target/", "tests/gates/", "tests/unit/")

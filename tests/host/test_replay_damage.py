@@ -15,6 +15,8 @@ from tauperp.cli import main
 from tauperp.errors import InputError
 from tauperp.replay.buslog import BusLog
 
+DAMAGED = 2000  # the line of a text log, of which the first is 0
+
 
 def cut_blf(path: Path) -> int:
     """In the middle of the second container, which is compressed."""
@@ -33,31 +35,37 @@ def corrupt_blf(path: Path) -> None:
 
 def garbage_line(path: Path) -> None:
     lines = path.read_text().splitlines()
-    lines[5000] = lines[5000][:30] + "??"
+    lines[DAMAGED] = lines[DAMAGED][:30] + "??"
     path.write_text("\n".join(lines) + "\n")
 
 
 def foreign_line(path: Path) -> None:
     lines = path.read_text().splitlines()
-    lines[5000] = "a remark without a comment sign"
+    lines[DAMAGED] = "a remark without a comment sign"
     path.write_text("\n".join(lines) + "\n")
 
 
 def short_data(path: Path) -> None:
     """A data byte is cut in two."""
     lines = path.read_text().splitlines()
-    lines[5000] = lines[5000].split("##")[0] + "##10"
+    lines[DAMAGED] = lines[DAMAGED].split("##")[0] + "##10"
     path.write_text("\n".join(lines) + "\n")
 
 
 def cut_between_bytes(path: Path) -> None:
     """The last line is still a valid frame, with fewer bytes."""
     lines = path.read_text().splitlines()
-    path.write_text("\n".join(lines[:5000]) + "\n" + lines[5000][: lines[5000].index("##") + 7])
+    path.write_text("\n".join(lines[:DAMAGED]) + "\n" + lines[DAMAGED][: lines[DAMAGED].index("##") + 7])
 
 
 def cut_at_a_line(path: Path) -> None:
-    path.write_text("\n".join(path.read_text().splitlines()[:5000]) + "\n")
+    path.write_text("\n".join(path.read_text().splitlines()[:DAMAGED]) + "\n")
+
+
+@pytest.fixture(scope="module")
+def frames(logs: Path) -> list[can.Message]:
+    """What comes before the damage, and some more."""
+    return frames_of(logs / "fd.log")[:4000]
 
 
 @pytest.mark.parametrize(
@@ -65,23 +73,24 @@ def cut_at_a_line(path: Path) -> None:
     [
         (".blf", cut_blf, "byte "),
         (".blf", corrupt_blf, "byte "),
-        (".asc", garbage_line, "line 5001, after 4995 frames"),
-        (".log", garbage_line, "line 5001, after 5000 frames"),
-        (".log", foreign_line, "line 5001, after 5000 frames"),
-        (".log", short_data, "line 5001, after 5000 frames"),
-        (".log", cut_between_bytes, "line 5001, after 5000 frames: the file ends in the middle of this line"),
-        (".asc", cut_at_a_line, "line 5000, after 4995 frames: the file ends here, without the end of its"),
+        (".asc", garbage_line, "line 2001, after 1995 frames"),
+        (".log", garbage_line, "line 2001, after 2000 frames"),
+        (".log", foreign_line, "line 2001, after 2000 frames"),
+        (".log", short_data, "line 2001, after 2000 frames"),
+        (".log", cut_between_bytes, "line 2001, after 2000 frames: the file ends in the middle of this line"),
+        (".asc", cut_at_a_line, "line 2000, after 1995 frames: the file ends here, without the end of its"),
     ],
 )
 def test_a_damaged_log_is_reported_up_to_its_damage(
     logs: Path,
+    frames: list[can.Message],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     suffix: str,
     damage: Callable[[Path], object],
     place: str,
 ) -> None:
-    path = written(tmp_path / f"x{suffix}", frames_of(logs / "fd.log"))
+    path = written(tmp_path / f"x{suffix}", frames)
     damage(path)
     assert main(["replay", str(path), "--scenario", str(logs / "fd.toml"), "--json"]) == 2
     output = capsys.readouterr()
@@ -97,11 +106,11 @@ def test_a_damaged_log_is_reported_up_to_its_damage(
     assert "StopCommand" in capsys.readouterr().out
 
 
-def test_a_line_that_cannot_be_read_is_shown(logs: Path, tmp_path: Path) -> None:
-    path = written(tmp_path / "x.log", frames_of(logs / "fd.log"))
+def test_a_line_that_cannot_be_read_is_shown(frames: list[can.Message], tmp_path: Path) -> None:
+    path = written(tmp_path / "x.log", frames)
     foreign_line(path)
     log = BusLog(path)
-    assert len(list(log)) == 5000
+    assert len(list(log)) == DAMAGED
     assert str(log.damage).endswith("'a remark without a comment sign' is not a frame")
 
 
@@ -113,29 +122,29 @@ def test_a_log_of_candump_without_its_option_says_which(tmp_path: Path) -> None:
             list(BusLog(path))
 
 
-def test_line_ends_and_a_byte_order_mark_of_windows_are_not_damage(logs: Path, tmp_path: Path) -> None:
+def test_line_ends_and_a_byte_order_mark_of_windows_are_not_damage(frames: list[can.Message], tmp_path: Path) -> None:
     for suffix in (".log", ".asc"):
-        path = written(tmp_path / f"x{suffix}", frames_of(logs / "fd.log")[:100])
+        path = written(tmp_path / f"x{suffix}", frames[:100])
         path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n").rstrip())
         if suffix == ".log":
             path.write_bytes(path.read_bytes() + b"\r\n")
         assert len(frames_of(path)) == 100
 
 
-def test_a_cut_blf_is_read_up_to_the_cut_and_its_byte_is_reported(logs: Path, tmp_path: Path) -> None:
-    path = written(tmp_path / "x.blf", frames_of(logs / "fd.log"))
+def test_a_cut_blf_is_read_up_to_the_cut_and_its_byte_is_reported(frames: list[can.Message], tmp_path: Path) -> None:
+    path = written(tmp_path / "x.blf", frames)
     at = cut_blf(path)
     log = BusLog(path)
     whole_containers = 2 * 128 * 1024 // 112  # bytes of a CAN FD frame's object: upper bound of one object and a part
-    frames = list(log)
+    read = list(log)
     assert log.damage is not None
-    assert f"byte {at}, after {len(frames)} frames: the file ends in the middle of an object" in str(log.damage)
-    assert 1500 < len(frames) <= whole_containers
-    assert [frame.data for frame in frames] == [frame.data for frame in frames_of(logs / "fd.log")[: len(frames)]]
+    assert f"byte {at}, after {len(read)} frames: the file ends in the middle of an object" in str(log.damage)
+    assert 1500 < len(read) <= whole_containers
+    assert [frame.data for frame in read] == [frame.data for frame in frames[: len(read)]]
 
 
-def test_a_blf_that_ends_between_two_containers_is_reported_as_cut(logs: Path, tmp_path: Path) -> None:
-    path = written(tmp_path / "x.blf", frames_of(logs / "fd.log"))
+def test_a_blf_that_ends_between_two_containers_is_reported_as_cut(frames: list[can.Message], tmp_path: Path) -> None:
+    path = written(tmp_path / "x.blf", frames)
     data = path.read_bytes()
     path.write_bytes(data[: data.index(b"LOBJ", data.index(b"LOBJ") + 100)])
     log = BusLog(path)
@@ -143,10 +152,10 @@ def test_a_blf_that_ends_between_two_containers_is_reported_as_cut(logs: Path, t
     assert "the file ends here, its header announces" in str(log.damage)
 
 
-def test_the_reading_of_a_blf_ends_at_an_object_of_size_zero(logs: Path, tmp_path: Path) -> None:
+def test_the_reading_of_a_blf_ends_at_an_object_of_size_zero(frames: list[can.Message], tmp_path: Path) -> None:
     path = tmp_path / "x.blf"
     with can.BLFWriter(path, compression_level=0) as writer:
-        for frame in frames_of(logs / "fd.log")[:100]:
+        for frame in frames[:100]:
             writer(frame)
     data = bytearray(path.read_bytes())
     at = data.index(b"LOBJ", data.index(b"LOBJ") + 4 + 2000)
@@ -179,17 +188,21 @@ def test_a_file_that_is_not_a_log_gives_one_line(
     assert str(path) in output.err
 
 
-def test_a_log_without_a_guard_gives_one_line(logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    frames = [frame for frame in frames_of(logs / "fd.log") if frame.arbitration_id != STOP]
-    assert main(["replay", str(written(tmp_path / "x.log", frames[:3000]))]) == 2
+def test_a_log_without_a_guard_gives_one_line(
+    frames: list[can.Message], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    others = [frame for frame in frames if frame.arbitration_id != STOP]
+    assert main(["replay", str(written(tmp_path / "x.log", others[:3000]))]) == 2
     assert "no StopCommand in its first 3000 frames" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", [".blf", ".asc", ".log"])
-def test_no_broken_log_hangs_or_has_a_traceback(logs: Path, tmp_path: Path, suffix: str, seed: int) -> None:
+def test_no_broken_log_hangs_or_has_a_traceback(
+    frames: list[can.Message], tmp_path: Path, suffix: str, seed: int
+) -> None:
     print(f"seed {seed}")
     rng = random.Random(seed)
-    whole = written(tmp_path / f"whole{suffix}", frames_of(logs / "fd.log")[:600]).read_bytes()
+    whole = written(tmp_path / f"whole{suffix}", frames[:600]).read_bytes()
     path = tmp_path / f"x{suffix}"
     for _ in range(60):
         data = bytearray(whole)
