@@ -54,17 +54,21 @@ def test_a_recording_holds_every_frame_of_both_directions_in_simulated_time(
     ],
 )
 def test_an_impossible_recording_gives_one_line_before_the_run(
-    logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, message: str
+    logs: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+    message: str,
 ) -> None:
+    monkeypatch.delattr("tauperp.commands.run.run_scenario")
     (tmp_path / "there.log").write_text("precious")
-    begin = time.monotonic()
     assert main(["run", str(logs / "fd.toml"), "--record", str(tmp_path / name)]) == 2
     output = capsys.readouterr()
     assert (output.out, output.err.count("\n")) == ("", 1)
     assert message in output.err
     assert [one.name for one in tmp_path.iterdir()] == ["there.log"]
     assert (tmp_path / "there.log").read_text() == "precious"
-    assert time.monotonic() - begin < 20
 
 
 def test_a_run_that_fails_leaves_no_recording(tmp_path: Path) -> None:

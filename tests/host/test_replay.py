@@ -13,7 +13,7 @@ from tauperp.config import Configuration, load_configuration
 from tauperp.errors import InputError
 from tauperp.firmware import Core, Reason
 from tauperp.recording import Playback, Recording, Score, play, read_csv, score
-from tauperp.recording.score import is_good
+from tauperp.recording.score import faults
 from tauperp.sim.moment import Moment
 from tauperp.view.replay_figure import replay_figure
 
@@ -150,7 +150,7 @@ def test_a_touch_is_found_and_the_next_one_too(write: Write, configuration: Conf
     assert [trip.joint for trip in playback.trips] == [2, 2]
     assert [np.sign(trip.index_nm) for trip in playback.trips] == [1, -1]
     assert (len(result.found), result.missed, result.alarms) == (2, (), ())
-    assert is_good([result])
+    assert not faults([result])
 
 
 def test_permission_is_withdrawn_from_the_trip_until_the_touch_is_over(
@@ -168,13 +168,13 @@ def test_a_touch_below_the_threshold_is_missed(write: Write, configuration: Conf
     threshold = configuration.threshold_nm("none")[1]
     _, result = played(write([(1.5, 2.0, 0.9 * threshold)]), configuration)
     assert (len(result.found), len(result.missed), len(result.alarms)) == (0, 1, 0)
-    assert not is_good([result])
+    assert faults([result])
 
 
 def test_an_unlabelled_push_is_an_alarm(write: Write, configuration: Configuration) -> None:
     _, result = played(write([(1.5, 2.0, 5.0)], labelled=[]), configuration)
     assert (result.touches, len(result.alarms)) == (0, 1)
-    assert not is_good([result])
+    assert faults([result])
 
 
 def test_a_stop_before_the_label_is_an_alarm_and_not_a_detection(write: Write, configuration: Configuration) -> None:
@@ -198,7 +198,7 @@ def test_a_reading_out_of_range_is_an_input_stop_and_not_an_alarm(write: Write, 
     _, result = played(write([], change=jump), configuration)
     assert [trip.reason for trip in result.input_stops][:1] == [Reason.INPUT_RANGE]
     assert not any(trip.row == 400 for trip in result.alarms)
-    assert not is_good([result])
+    assert faults([result])
 
 
 def test_the_guard_runs_at_the_recordings_rate(write: Write, configuration: Configuration) -> None:

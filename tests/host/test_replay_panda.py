@@ -14,7 +14,7 @@ from tauperp.config import load_configuration
 from tauperp.errors import InputError
 from tauperp.files import repository_root
 from tauperp.recording import Playback, play, read_csv, score
-from tauperp.recording.score import is_good
+from tauperp.recording.score import faults
 
 FOLDER = Path(os.environ.get("TAUPERP_PANDA_TOUCHES", repository_root().parent / "shared" / "data" / "panda_touches"))
 DERIVED_FROM = ("a4", "c2", "d3")
@@ -46,7 +46,7 @@ def test_nine_of_ten_touches_are_found_and_nothing_alarms_while_idle(playbacks: 
     assert found >= 0.9 * touches
     assert [one.alarms for one in scores] == [()] * len(scores)
     assert [one.input_stops for one in scores] == [()] * len(scores)
-    assert is_good(scores)
+    assert not faults(scores)
 
 
 def test_the_thresholds_follow_their_rule_on_one_half_of_the_recordings(playbacks: dict[str, Playback]) -> None:

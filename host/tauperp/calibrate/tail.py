@@ -16,7 +16,6 @@ FloatArray = npt.NDArray[np.float64]
 
 SHAPES = (-0.2, 0.2)  # bound of the tail's shape; a few dozen maxima support no heavier one
 FEWEST_FOR_SHAPE = 60  # number of maxima; with fewer the tail is Gumbel's
-FEWEST = 8
 RESAMPLES = 200
 SMALLEST_NM = 0.1
 FARTHEST = 10.0  # record lengths over which the tail is extrapolated

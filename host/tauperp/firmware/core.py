@@ -364,12 +364,6 @@ def _rows(name: str, values: FloatArray, width: int) -> int:
     return len(values)
 
 
-def _vec3(library: Library, name: str, values: FloatArray) -> Any:
-    _check(name, values, 3)
-    x, y, z = library.to_num(values).tolist()
-    return {"x": x, "y": y, "z": z}
-
-
 def _loaded(robot: str | Path | Robot, chain: Mapping[str, Any]) -> Robot:
     from tauperp import robot as robots
 

@@ -60,7 +60,7 @@ class Monitor:
         data_bitrate: float = DATA_BITRATE,
     ) -> None:
         self._wire = wire
-        self._begin_s, self._epoch_s = now_s, epoch_s
+        self._epoch_s = epoch_s
         self._rate_hz = rate_hz
         self._bitrates = (bitrate, data_bitrate)
         self._lengths: dict[tuple[tuple[bool, ...], int], float] = {}
@@ -115,7 +115,6 @@ class Monitor:
         joints = {joint: Reading(value, now_s - at_s, stale_s) for joint, (value, at_s) in sorted(self._joints.items())}
         return Snapshot(
             time_s=now_s + self._epoch_s,
-            listened_s=now_s - self._begin_s,
             verdict=None if self._verdict is None else Reading(self._verdict[0], now_s - self._verdict[1]),
             status=status,
             joints=joints,

@@ -104,7 +104,7 @@ class Traffic:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """Everything at `time_s` (since 1970), after `listened_s`.
+    """Everything at `time_s` (since 1970).
 
     status  the signals of GuardStatus by name, those with a value table as words
     joints  by number from 1
@@ -112,7 +112,6 @@ class Snapshot:
     """
 
     time_s: float
-    listened_s: float
     verdict: Reading[Verdict] | None
     status: Mapping[str, Reading[float | str]]
     joints: Mapping[int, Reading[JointIndex]]

@@ -221,11 +221,6 @@ def faults(scores: list[Score]) -> list[str]:
     return said
 
 
-def is_good(scores: list[Score]) -> bool:
-    """Whether enough of all touches were found, nothing else alarmed or stopped, and every recording was tested."""
-    return not faults(scores)
-
-
 def _latency_ms(touch: Touch, trip: Trip) -> float:
     return 1e3 * (trip.time_s - touch.start_s)
 

@@ -29,7 +29,6 @@ MASSES = (1.0, 0.75, 0.5, 0.25, 0.1)  # of payloads
 GUIDES = (1.0, 0.7, 0.5, 0.3)  # of guiding forces
 TURNS_RAD = (0.0, np.pi / 2, -np.pi / 2, np.pi)  # of the moves about the base
 PLACES = (0.5, 0.7, 0.9, 0.3)  # along a link
-AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 0), (0, 1, 1), (0, 1, -1), (1, 0, 1), (1, 0, -1))
 SEEN = 4.0  # thresholds that a strike has to reach in the index: it lasts only 0.2 s, and grows from nothing
 FEEL_SHARE = 0.9  # largest share of a drive's torque for a strike
 SOFTEST_N = 20.0  # of a sufficiently strong strike

@@ -71,7 +71,7 @@ class Impedance:
         felt = np.diag(jacobian @ np.linalg.solve(inertia, jacobian.T))
         self._damping = 2 * gains.damping_ratio * np.sqrt(self._stiffness / np.maximum(felt, 1e-3))
         self._posture_damping = 2 * gains.damping_ratio * np.sqrt(gains.posture_nm_rad * np.diag(inertia))
-        self.start_m, self.start_rotation = dynamics.tip(position)
+        self.start_m, _ = dynamics.tip(position)
 
     def torque(self, position: Vector, velocity: Vector, goal_m: Vector, goal_rotation: Vector) -> Vector:
         """Motor torque (n,) Nm towards the pose `goal_m` (3,), `goal_rotation` (3, 3) at rest."""
