@@ -165,7 +165,8 @@ def wire() -> str:
     for message in shown:
         definition = message.definition
         cycle = f"{definition.cycle_time} ms" if definition.cycle_time else "on request"
-        silence = f"{message.timeout_cycles} cycles" if message.timeout_cycles else ""
+        cycles = message.timeout_cycles
+        silence = f"{cycles} {'cycle' if cycles == 1 else 'cycles'}" if cycles else ""
         lines.append(
             f"| [{definition.name}](#{definition.name.lower()}) | 0x{definition.frame_id:03X} | "
             f"{', '.join(definition.senders)} | {cycle} | {silence} | {definition.comment or ''} |"
