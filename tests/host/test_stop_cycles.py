@@ -85,6 +85,7 @@ def firmware(run: Run, numeric: Numeric) -> Course:
     return course
 
 
+@pytest.fixture(scope="module")
 def reference(run: Run) -> tuple[list[bool], list[np.ndarray]]:
     """Whether each cycle is a collision, and its residual. An impossible reading is not used."""
     scenario, frames = run
@@ -124,9 +125,11 @@ def within(joint: Joint, position: float, velocity: float, torque: float) -> boo
 
 
 @pytest.mark.parametrize("numeric", NUMERICS)
-def test_the_firmware_stops_in_the_cycle_in_which_float64_does(run: Run, numeric: Numeric) -> None:
+def test_the_firmware_stops_in_the_cycle_in_which_float64_does(
+    run: Run, reference: tuple[list[bool], list[np.ndarray]], numeric: Numeric
+) -> None:
     course = firmware(run, numeric)
-    collisions, residuals = reference(run)
+    collisions, residuals = reference
     difference = float(np.max(np.abs(np.array(course.residual) - np.array(residuals))))
     theirs: list[int] = []
     watched = False  # the robot is permitted to move, and float64 has found no collision since then
