@@ -103,7 +103,7 @@ def test_an_unstable_simulation_without_rotors_is_not_a_false_stop() -> None:
     scenario = load_experiment("contact", robot=arm("xarm7"))
     bare, note = with_rotors(arm("xarm7"), [1e-9] * 7)
     assert note is None
-    with pytest.raises(InputError, match=r"simulation of UF_ROBOT is unstable at .*joint \d.*no verdict on the guard"):
+    with pytest.raises(InputError, match=r"simulation of UF_ROBOT is unstable at .*joint \d.*the guard was not judged"):
         run_scenario(replace(scenario, robot=bare))
 
 
