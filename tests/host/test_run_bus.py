@@ -179,7 +179,7 @@ def test_two_guards_that_receive_each_other_do_not_permit(scenario: Scenario) ->
 def test_two_nodes_of_tauperp_guard_report_each_other(tmp_path: Path) -> None:
     """On a bus that also returns to every node its own frames."""
     settings = tmp_path / "slow.toml"
-    settings.write_text('robot = "ku_dex"\n[wire]\nrate_hz = 20\n[observer]\ngain_per_s = 10\n')
+    settings.write_text('robot = "ku_dex"\npreset = "paper"\n[wire]\nrate_hz = 20\n[observer]\ngain_per_s = 10\n')
     command = [*COMMAND, "guard", str(settings), "--json", "--interface", "udp_multicast", "--channel", MULTICAST]
     command += ["--bus-kwargs", "port=43114"]
     logs = [tmp_path / "first.jsonl", tmp_path / "second.jsonl"]
