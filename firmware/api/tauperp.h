@@ -145,7 +145,8 @@ void tauperp_tick(tauperp_guard_t *self, uint64_t now_us, tauperp_output_t *out)
 /* Duration of the last tick, microseconds. Above the configured budget the next tick is FAULT. */
 void tauperp_note_tick_time(tauperp_guard_t *self, uint32_t tick_us);
 
-/* Reports a fault that only the board can see, TAUPERP_REASON_*. The next tick stops. Any other number means FAULT. */
+/* Reports a fault that only the board can detect, TAUPERP_REASON_*. The next tick stops. Any other number means FAULT.
+ */
 void tauperp_trip(tauperp_guard_t *self, uint32_t reason);
 
 #ifdef __cplusplus

@@ -6,7 +6,7 @@
  *   - a matters: mass_max |a| is at least `force_floor_n`. Only the part of a across gravity counts.
  *   - a agrees with the motion: |a commanded - a measured| is at most `error_max`. Both pass the observer's low-pass.
  *     The measured one is the difference quotient of the tip's velocity J qd.
- * If a condition fails, the torque of a real payload stays unexplained: the guard sees more, not less.
+ * If a condition fails, the torque of a real payload stays unexplained: the guard then detects more, not less.
  *
  * The index of the soft projector must not jump, so `trust` scales its column. `trust` rises from 0 to 1 while mass_max
  * |a| goes from the floor to twice the floor. It falls to 0 over the last quarter of error_max.

@@ -4,8 +4,8 @@ enum { ROWS = ROBOT_JOINTS, COLUMNS = SUBSPACE_MAX_COLUMNS };
 
 #define ORTHOGONAL_BITS 21u /* a pair this close to a right angle is left alone */
 #define CONVERGED_BITS  10u
-/* Of a square, beside the largest: below the first a column is zero but for rounding, and has no direction. Below the
- * second rounding keeps it from CONVERGED_BITS; such a direction is below every tolerance. */
+/* Of a square, relative to the largest: below the first a column is zero but for rounding, and has no direction. Below
+ * the second rounding keeps it from CONVERGED_BITS; such a direction is below every tolerance. */
 #define NEGLIGIBLE_BITS 42u
 #define WEAK_BITS       20u
 

@@ -33,7 +33,7 @@ typedef struct {
     index_config_t index;
     detector_config_t detector;
     explained_config_t limits;
-    uint32_t needed_links; /* that it has to see, a bit each: sight.h */
+    uint32_t needed_links; /* on which it must detect a force, a bit each: sight.h */
 } task_config_t;
 
 typedef struct {

@@ -20,7 +20,7 @@
  *   - An input past its deadline; a sensor fault; a value out of range, implausible or frozen; an invalid task.
  *   - A Sync whose cycle number jumps; an observer restart; a sender with too many errors, or two senders under one id;
  *     time and cycles that advance at different rates.
- *   - BLIND, if configured: the index does not see a link that the task needs.
+ *   - BLIND, if configured: the index is blind for a link that the task needs.
  *   - ANOTHER_GUARD: a StopCommand on the bus. A robot cannot distinguish the answers of two guards.
  * One frame that is lost, repeated, late or fails its CRC is dropped and counted. It ends the permission only if no
  * good frame arrives before the deadline.
@@ -87,8 +87,8 @@ typedef struct {
     uint8_t channel;       /* channel of the bank, 0 to 3, whose index is nearest to its threshold */
     uint8_t value_channel; /* channel of value_nm */
     bool full_speed;       /* the permission is not for the reduced speed only */
-    uint8_t blind_links;   /* bit per link, link 1 the lowest: the index in force does not see it (sight.h) */
-    uint8_t needed_links;  /* bit per link: the task in force must see it */
+    uint8_t blind_links;   /* bit per link, link 1 the lowest: the index in force detects no force on it (sight.h) */
+    uint8_t needed_links;  /* bit per link: the task in force must detect a force on it */
     uint8_t contact_link;  /* link of the last collision, 1 to n; 0: not known, or not yet */
     uint8_t contact_class; /* contact_class_t of the last collision */
     vec3_t contact_force;  /* on the robot, base frame, N; zero without a link */
@@ -180,7 +180,7 @@ typedef struct {
     uint8_t kind;                      /* contact_class_t */
 } guard_contact_t;
 
-/* Content of the frames besides the verdict. */
+/* Content of the frames in addition to the verdict. */
 typedef struct {
     e2e_transmitter_t stop, status, index;
     uint32_t round_robin;  /* position in the sequence of GuardStatus pages and GuardIndex joints */
@@ -289,7 +289,7 @@ void guard_confirm(const guard_output_t *own, can_frame_t *stop_command);
 /* Duration of the last tick, microseconds, by the board's clock. Above tick_budget_us the next tick is FAULT. */
 void guard_note_tick_time(guard_t *self, uint32_t tick_us);
 
-/* Reports a fault that only the board can see. It latches STOPPED at the next tick, or FAULT if the reason has that
+/* Reports a fault that only the board can detect. It latches STOPPED at the next tick, or FAULT if the reason has that
  * class. */
 void guard_trip(guard_t *self, guard_reason_t reason);
 

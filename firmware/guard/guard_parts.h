@@ -61,7 +61,7 @@ bool is_settled(const guard_t *self);
 /* True if every input was good and nothing above its limits for reset_healthy_us. */
 bool healthy_for_long_enough(const guard_t *self, uint64_t now_us);
 
-/* The task in force needs a link that its index does not see. */
+/* The task in force needs a link for which its index is blind. */
 bool is_blind(const guard_t *self);
 
 guard_event_t contact_event(const guard_t *self);
@@ -75,7 +75,7 @@ void contact_step(guard_t *self);
 /* guard_verdict.c: the output of this tick, and the second computation of the permission. */
 void verdict_fill(const guard_t *self, input_t missing, uint64_t now_us, guard_output_t *out);
 
-/* guard_opinion.c: what a channel told the other one to end the permission for. */
+/* guard_opinion.c: the reason for which a channel ends the permission of both. */
 guard_event_t opinion_event(const opinion_t *opinion);
 
 /* guard_supervise.c: the guard's checks of itself. Returns GUARD_REASON_NONE, or the reason of a FAULT. Call it once

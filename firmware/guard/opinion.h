@@ -1,4 +1,4 @@
-/* opinion: what one channel tells the other in a tick, and whether two opinions agree.
+/* opinion: the data that the channels exchange in a tick, and whether two opinions agree.
  *
  * Two guards of different numeric types take the same frames (pair.h). In each tick both look first, then exchange
  * their opinions, then decide. A wish to stop of either stops both; a state that permits more is entered only if both

@@ -64,7 +64,7 @@ typedef struct {
 /* The verdict at one instant. */
 typedef struct {
     bool allowed;
-    bool full_speed;  /* of a permission. False: at the robot's reduced speed only, a link is not seen */
+    bool full_speed;  /* of a permission. False: at the robot's reduced speed only, because of a blind link */
     uint8_t category; /* IEC 60204-1, of the stop to perform; 1 on silence */
     uint8_t reason;   /* StopCommand.Reason; 0 if no valid frame decided */
     uint8_t joint;    /* 1 to n: joint of the trip; 0: none */

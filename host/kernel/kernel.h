@@ -66,7 +66,8 @@ typedef struct {
     uint8_t data_ids[16];
 } kernel_message_t;
 
-/* A detector beside the guards: |filtered source| against a threshold per joint, for `debounce` consecutive ticks. */
+/* A detector in addition to the guards: |filtered source| against a threshold per joint, for `debounce` consecutive
+ * ticks. */
 typedef struct {
     double section[KERNEL_SECTIONS][6]; /* b0 b1 b2 a0 = 1 a1 a2, in the format of scipy.signal */
     double threshold[KERNEL_JOINTS];
@@ -115,7 +116,7 @@ typedef struct {
     double gain[KERNEL_JOINTS];                                /* factor */
     double ripple[KERNEL_JOINTS];                              /* Nm */
     double phase[KERNEL_JOINTS];                               /* of the ripple, rad */
-    double friction[KERNEL_JOINTS];                            /* Coulomb friction that the sensor sees, Nm */
+    double friction[KERNEL_JOINTS];                            /* Coulomb friction in the sensor's reading, Nm */
     double torque_noise, velocity_noise, position_noise;       /* standard deviations */
     double torque_quantum, velocity_quantum, position_quantum; /* 0: only the wire's resolution */
     double ripple_per_turn;

@@ -23,7 +23,7 @@ static const char HELP[] = "usage: " PROGRAM " --channel CAN --robot NAME --conf
                            "  --robot NAME     robot on that bus; must match the block\n"
                            "  --config FILE    configuration block, made by 'tauperp config TOML -o FILE'\n"
                            "  --lockstep       guard time is bus time: each Sync advances it by one period,\n"
-                           "                   whatever the clock says (for simulated robots)\n"
+                           "                   independent of the clock (for simulated robots)\n"
                            "  --priority N     SCHED_FIFO priority, 1 to 99, or 0 for none (default 50, in\n"
                            "                   lockstep 0)\n"
                            "  --verbose        also print a line of counters every second\n"
