@@ -72,7 +72,7 @@ prove: venv ## prove properties of the fixed-point firmware with CBMC, every har
 	@$(VENV)/bin/python tools/prove --jobs $(JOBS) $(ARGUMENTS)
 mutants: venv ## check that a unit test fails for each changed operator, constant and condition [FILES="wire guard/snapshot"]
 	@$(VENV)/bin/python tools/mutate/mutate.py $(FILES)
-faults: build/faults library ## inject a million seeded faults into the guard and the stm32g4 image; out/faults/report.json
+faults: build/faults library ## inject a million seeded faults into the guard and the stm32g4 image: out/faults/report.json (ARGUMENTS="--channels 1")
 evidence: ## run every check and write its numbers onto one page: out/evidence/index.md (under an hour)
 coverage faults evidence: venv
 	@$(VENV)/bin/python tools/$@/$@.py $(ARGUMENTS)

@@ -16,9 +16,11 @@ foreach(program bus-peer bus-soak controller)
 endforeach()
 add_dependencies(bus-peer rooms-float)
 
-# Fault injection into the library's guard.
+# Fault injection into the library's guard. parts.c has the offsets of each channel.
 file(GLOB fault_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/faults/*.c")
-tauperp_program(faults "" faults ${fault_sources} $<TARGET_OBJECTS:library-objects-float> ${second_float})
+tauperp_object_library(faults-second host-second "${PROJECT_SOURCE_DIR}/tools/faults/parts.c")
+tauperp_program(faults "" faults ${fault_sources} $<TARGET_OBJECTS:library-objects-float> ${second_float}
+    $<TARGET_OBJECTS:faults-second>)
 target_link_libraries(faults PRIVATE host-float)
 target_include_directories(faults PRIVATE "${PROJECT_SOURCE_DIR}/tools/faults" "${TAUPERP_FIRMWARE}/robot_side")
 target_compile_definitions(faults PRIVATE _GNU_SOURCE)

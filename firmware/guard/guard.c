@@ -291,7 +291,7 @@ guard_status_t guard_init(guard_t *self, const guard_config_t *config) {
     self->joints = config->robot.joint_count;
     (void)snapshot_init(&self->inputs.snapshot, self->joints);
     stages_init(self);
-    config_watch_start(&self->watch);
+    config_watch_start(&self->watch, config);
     enter(self, GUARD_STATE_SELF_TEST);
     return GUARD_OK;
 }

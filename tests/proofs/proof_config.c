@@ -36,7 +36,7 @@ void proof_config_watch(void) {
     guard_config_t block;
     config_watch_t watch; /* possibly damaged */
     (void)config_watch_step(&watch, &block);
-    config_watch_start(&watch);
+    config_watch_start(&watch, &block);
     (void)config_watch_step(&watch, &block);
     REACHED;
 }

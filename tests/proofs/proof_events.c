@@ -11,7 +11,7 @@
 #include "values.c"
 
 /* proof_config.c proves the contract of this stub. */
-bool config_watch_step(config_watch_t *self, const guard_config_t *config) {
+bool config_watch_step(const config_watch_t *self, const guard_config_t *config) {
     bool intact;
     (void)self;
     (void)config;

@@ -176,20 +176,39 @@ static void test_values_that_are_not_numbers_are_refused(void) {
     assert_status(GUARD_BAD_SUBSPACE);
 }
 
-static void test_the_watch_detects_a_change_within_one_round(void) {
+static void test_the_watch_detects_any_one_bit_at_once(void) {
     config_watch_t watch;
-    config_watch_start(&watch);
-    const uint32_t round = (uint32_t)(sizeof(config) / CONFIG_WATCH_BYTES) + 1u;
-    for (uint32_t i = 0; i < 3u * round; ++i) {
-        TEST_ASSERT_TRUE(config_watch_step(&watch, &config));
+    config_watch_start(&watch, &config);
+    TEST_ASSERT_TRUE(config_watch_step(&watch, &config));
+    for (uint32_t bit = 0; bit < 8u * (uint32_t)sizeof(config); bit += 7u) {
+        uint8_t *const byte = (uint8_t *)&config + bit / 8u;
+        *byte ^= (uint8_t)(1u << (bit % 8u));
+        TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
+        *byte ^= (uint8_t)(1u << (bit % 8u));
     }
-    config.task[TASK_NONE].detector.threshold_nm[0][0] = NUM(100);
-    bool intact = true;
-    for (uint32_t i = 0; i < 2u * round; ++i) {
-        intact = intact && config_watch_step(&watch, &config);
+    TEST_ASSERT_TRUE(config_watch_step(&watch, &config));
+}
+
+static void test_the_watch_detects_any_change_of_one_word_and_an_exchange_of_two(void) {
+    config_watch_t watch;
+    config_watch_start(&watch, &config);
+    uint32_t *const word = (uint32_t *)(void *)config.task[TASK_NONE].detector.threshold_nm[0];
+    const uint32_t first = word[0];
+    for (uint32_t change = 0x80000000u; change > 0u; change /= 3u) {
+        word[0] = first ^ change;
+        TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
     }
-    TEST_ASSERT_FALSE(intact);
-    watch.offset = 3u;
+    word[0] = word[1] + 5u;
+    config_watch_start(&watch, &config);
+    word[0] = word[1];
+    word[1] += 5u;
+    TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
+}
+
+static void test_a_flipped_bit_of_the_sum_is_detected(void) {
+    config_watch_t watch;
+    config_watch_start(&watch, &config);
+    watch.sum ^= 0x100u;
     TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
 }
 
@@ -216,6 +235,8 @@ int main(void) {
     RUN_TEST(test_an_unknown_stop_category_is_refused);
     RUN_TEST(test_a_sensor_correction_beyond_its_bounds_is_refused);
     RUN_TEST(test_values_that_are_not_numbers_are_refused);
-    RUN_TEST(test_the_watch_detects_a_change_within_one_round);
+    RUN_TEST(test_the_watch_detects_any_one_bit_at_once);
+    RUN_TEST(test_the_watch_detects_any_change_of_one_word_and_an_exchange_of_two);
+    RUN_TEST(test_a_flipped_bit_of_the_sum_is_detected);
     return UNITY_END();
 }

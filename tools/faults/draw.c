@@ -77,7 +77,7 @@ fault_t draw_fault(const reference_t *reference, const selection_t *from, uint64
     fault.cycle = (fault.cycle < last) ? fault.cycle : last;
     fault.position = below(&state, reference->cycles[fault.cycle].frames + 1u);
     const double share = (double)below(&state, 1000000u) / 1e6;
-    const int64_t period_us = (int64_t)reference->before[0].machine.config.period_us;
+    const int64_t period_us = (int64_t)reference->before[0].machine.block.period_us;
     switch ((fault.part >= machine_parts) ? (fault.part - machine_parts) : (uint32_t)TIME_PARTS) {
     case 0:
         fault.factor = 1.02 + 3.0 * share * share;

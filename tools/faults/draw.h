@@ -13,7 +13,7 @@ typedef struct {
 /* The name of a part, as the report uses it. */
 const char *part_name(uint32_t part);
 
-/* Parts, "state", "table", "time" or "unwatched"; without a name the whole state. */
+/* After machine_init. Parts, "state", "table", "time" or "unwatched"; without a name the whole state. */
 selection_t select_parts(int count, char **names);
 
 /* Fault `number` of the seed. */

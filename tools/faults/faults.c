@@ -2,14 +2,15 @@
  *
  *     faults RECORDING SEED FIRST COUNT [PART...]
  *
- * PART: `state` (as without one: with `table`), `table`, `time`, or a name of machine.c; `unwatched`: the table,
- * without the check that detects it, as a test of this program.
+ * PART: `state` (as without one: with `table`), `table`, `time`, or a name of parts.c, with `second.` before it for the
+ * second channel's; `unwatched`: the first channel's table, without the check that detects it, as a test of this
+ * program.
  *
- * RECORDING (tools/faults/record.py): a block, then one cycle after the other: its time and its frames. The run without
- * a fault comes first; it is the reference. Fault number i is drawn from SEED and i alone. Each fault starts from the
- * reference's own state at its cycle, and runs until nothing differs any more that a permission rests on, or the
- * flipped bit alone differs for 10 cycles and the reference's permission stays as it is, or 420 cycles are over. The
- * judge of each answer is the robot's side (firmware/robot_side): what counts is whether the robot may move.
+ * RECORDING (tools/faults/record.py): one or two blocks, then one cycle after the other: its time and its frames. The
+ * run without a fault comes first; it is the reference. Fault number i is drawn from SEED and i alone. Each fault
+ * starts from the reference's own state at its cycle, and runs until nothing differs any more that a permission rests
+ * on, or the flipped bit alone differs for 10 cycles and the reference's permission stays as it is, or 420 cycles are
+ * over. The judge of each answer is the robot's side (firmware/robot_side): what counts is whether the robot may move.
  *
  *   none       the robot may move in the same cycles
  *   detected   it may not although it might, or FAULT: a self-check, an exception, or an answer that no robot takes
@@ -57,11 +58,8 @@ static bool long_stopped(uint32_t at) {
 /* Nothing differs that a permission rests on. The world becomes the reference where it is only counted. With a fault:
  * or its flipped bit alone does, which nothing has read or written. */
 static bool is_same(world_t *world, const world_t *other, const fault_t *dormant) {
-    guard_t *const guard = &world->machine.guard;
-    guard->config = other->machine.guard.config;
-    guard->counters = other->machine.guard.counters;
-    guard->report.worst_tick_time_us = other->machine.guard.report.worst_tick_time_us;
-    guard->report.margin_us = other->machine.guard.report.margin_us;
+    machine_moved(&world->machine, &other->machine);
+    machine_take_counts(&world->machine, &other->machine);
     bool same = memcmp(world, other, sizeof(*world)) == 0;
     if (!same && (dormant != NULL)) {
         uint8_t *const byte = (uint8_t *)&world->machine + machine_part[dormant->part].offset + dormant->byte;
@@ -69,7 +67,7 @@ static bool is_same(world_t *world, const world_t *other, const fault_t *dormant
         same = memcmp(world, other, sizeof(*world)) == 0;
         *byte ^= (uint8_t)(1u << dormant->bit);
     }
-    machine_moved(&world->machine);
+    machine_moved(&world->machine, &world->machine);
     return same;
 }
 
@@ -78,7 +76,7 @@ static outcome_t judge(const fault_t *fault, uint32_t *after) {
     volatile outcome_t worst = NONE;
     volatile uint32_t at = fault->cycle;
     memcpy(&world, &reference.before[fault->cycle], sizeof(world));
-    machine_moved(&world.machine);
+    machine_moved(&world.machine, &world.machine);
     if (sigsetjmp(crashed, 1) != 0) { /* on a board: an exception, or the watchdog */
         *after = at - fault->cycle;
         return (worst > DETECTED) ? worst : DETECTED;
@@ -94,7 +92,7 @@ static outcome_t judge(const fault_t *fault, uint32_t *after) {
             outcome = DETECTED;
         } else if (!answer.permits && reference.answer[at].permits) {
             /* The robot refuses the answer, or receives none: the fault is detected there. */
-            outcome = (world.machine.guard.state == (uint32_t)GUARD_STATE_MONITORING) ? DETECTED : NEEDLESS;
+            outcome = (world.machine.pair.guard.state == (uint32_t)GUARD_STATE_MONITORING) ? DETECTED : NEEDLESS;
         } else {
             /* the same */
         }
@@ -127,12 +125,12 @@ static void catch_crashes(void) {
     (void)sigaction(SIGSEGV, &action, NULL);
     (void)sigaction(SIGBUS, &action, NULL);
     (void)sigaction(SIGFPE, &action, NULL);
-    (void)sigaction(SIGALRM, &action, NULL);
+    (void)sigaction(SIGVTALRM, &action, NULL);
 }
 
 static void set_alarm(uint32_t ms) {
     const struct itimerval timer = {.it_value = {.tv_sec = (time_t)(ms / 1000u)}};
-    (void)setitimer(ITIMER_REAL, &timer, NULL);
+    (void)setitimer(ITIMER_VIRTUAL, &timer, NULL);
 }
 
 int main(int argc, char **argv) {
@@ -142,11 +140,11 @@ int main(int argc, char **argv) {
     const uint64_t seed = strtoull(argv[2], NULL, 10);
     const uint64_t first = strtoull(argv[3], NULL, 10);
     const uint64_t count = strtoull(argv[4], NULL, 10);
+    reference_run(&reference, argv[1]);
     const selection_t chosen = select_parts(argc - 5, argv + 5);
     if (chosen.count == 0u) {
         give_up("there is no such part");
     }
-    reference_run(&reference, argv[1]);
     (void)printf("reaction %" PRIu32 "\nreference %" PRIu32 " %" PRIu32 "\n", reference.reaction, reference.cycle_count,
                  reference.stops);
     catch_crashes();

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Injects seeded faults into the guard and counts their outcomes (`make faults`).
 
-    faults.py [--seed 1] [--count 1000000] [--g4 2000] [--jobs 2] [--channels 1] [--out out/faults]
+    faults.py [--seed 1] [--count 1000000] [--g4 2000] [--jobs 2] [--channels 2] [--out out/faults]
 
-On the library (faults.c): bits of the guard's state and of its configuration block, its clock, its ticks. On the
+On the library (faults.c): bits of the state and the block of each channel, the clock, the ticks. On the
 stm32g4 image in its emulator (g4_faults.py): bits of registers, stack, data, code and block, at any instruction. Both
 experiments of the paper are the recorded runs. Results are kept in chunks, so that an interrupted run can
-continue. Prints a table and writes report.json. Exit code 1: a fault of the library was undetected and wrong.
+continue. Prints a table and writes report.json. Exit code 1: with two channels,
+a fault of the library was undetected and wrong.
 """
 
 from __future__ import annotations
@@ -46,11 +47,12 @@ def library_chunk(recording: Path, seed: int, first: int, count: int, part: str)
     }
 
 
-def g4_chunk(experiment: str, seed: int, first: int, count: int) -> dict[str, Any]:
+def g4_chunk(experiment: str, channels: int, seed: int, first: int, count: int) -> dict[str, Any]:
     command = [
         sys.executable,
         str(Path(__file__).with_name("g4_run.py")),
         experiment,
+        str(channels),
         str(seed),
         str(first),
         str(count),
@@ -75,7 +77,7 @@ def jobs_of(arguments: argparse.Namespace, folder: Path) -> list[tuple[str, Path
     key = hashlib.sha256(PROGRAM.read_bytes())
     for experiment in EXPERIMENTS:
         recording = folder / f"{experiment}.rec"
-        recording.write_bytes(as_file(record(experiment)))
+        recording.write_bytes(as_file(record(experiment, arguments.channels)))
         key.update(recording.read_bytes())
     chunks = folder / "chunks" / f"{key.hexdigest()[:16]}-{arguments.seed}"
     for part, share in SHARES.items():
@@ -91,7 +93,7 @@ def jobs_of(arguments: argparse.Namespace, folder: Path) -> list[tuple[str, Path
         count = min(G4_CHUNK, arguments.g4 - first)
         experiment = EXPERIMENTS[number % len(EXPERIMENTS)]
         name = chunks / f"g4-{experiment}-{first}-{count}.json"
-        jobs.append(("stm32g4", name, g4_chunk, (experiment, arguments.seed, first, count)))
+        jobs.append(("stm32g4", name, g4_chunk, (experiment, arguments.channels, arguments.seed, first, count)))
     return jobs
 
 
@@ -133,7 +135,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=1_000_000, help="faults in the library")
     parser.add_argument("--g4", type=int, default=2000, help="faults in the stm32g4 image")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--channels", type=int, choices=[1], default=1, help="channels of the guard under test")
+    parser.add_argument("--channels", type=int, choices=[1, 2], default=2, help="channels of the guard under test")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "faults")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -149,7 +151,7 @@ def main() -> int:
     }
     (arguments.out / "report.json").write_text(json.dumps(report, indent=1))
     show(report)
-    return 1 if any(line.startswith("library") for line in report["wrong"]) else 0
+    return 1 if arguments.channels == 2 and any(line.startswith("library") for line in report["wrong"]) else 0
 
 
 if __name__ == "__main__":

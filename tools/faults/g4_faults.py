@@ -31,7 +31,7 @@ from tauperp.wire_values import REASON_CLASS, ReasonClass
 PLACES = ("register", "float register", "stack", "data", "code", "block")
 HORIZON = 60
 BEFORE, AFTER = 40, 60  # cycles around a stop
-CYCLE_INSTRUCTIONS = 24_000  # instructions of a cycle, about: a later flip affects the idle loop
+CYCLE_INSTRUCTIONS = {1: 24_000, 2: 110_000}  # of a cycle, by channels, about
 IDLE_LIMIT = 1_000_000  # instructions after which a core that is not idle counts as hung
 NONE, DETECTED, NEEDLESS, LATE, WRONG = range(5)
 OUTCOMES = ("none", "detected", "needless", "late", "wrong")
@@ -50,13 +50,14 @@ class Reference:
 class Injector:
     """One image with one recorded run."""
 
-    def __init__(self, image: Path, reaction: int, cycles: list[Cycle]) -> None:
+    def __init__(self, image: Path, channels: int, reaction: int, cycles: list[Cycle]) -> None:
         """reaction: worst-case reaction time of the block, in cycles."""
         self._board = Board(image)
         self._cycles = [(now_us, [frame_of(message) for message in messages]) for now_us, messages in cycles]
         self._numbers = [_sync_cycle(messages) for _, messages in cycles]
         self._reaction = reaction
-        self._places = places(image)
+        self._places = places(image, channels)
+        self._instructions = CYCLE_INSTRUCTIONS[channels]
         self._wire = Wire.read()
         self.reference = Reference()
 
@@ -90,7 +91,7 @@ class Injector:
                 for frame in frames:
                     board.receive(frame)
                 board.fdcan.looks = 0
-                board.step(random.randrange(CYCLE_INSTRUCTIONS))
+                board.step(random.randrange(self._instructions))
                 what, undo = self._flip(place, random)
                 answers = board.run(IDLE_LIMIT)
             else:
@@ -161,12 +162,12 @@ class Injector:
         return f"{place} {address:#010x} bit {bit:#x}", True if in_flash else None
 
 
-def places(image: Path) -> dict[str, tuple[int, int]]:
+def places(image: Path, channels: int) -> dict[str, tuple[int, int]]:
     """Addresses of each place in memory (stm32g4.ld): the stack is the first 8 KiB of the RAM."""
     elf = image.read_bytes()
     flash = max((address + len(data) for address, data in segments(elf) if address < RAM), default=FLASH)
     block = FLASH + b"".join(data for address, data in segments(elf) if address == FLASH).index(b"TERP")
-    code = block + block_dtype("float32").itemsize
+    code = block + channels * block_dtype("float32").itemsize
     (table,) = struct.unpack_from("<I", elf, 28)
     size, count = struct.unpack_from("<2H", elf, 42)
     headers = [struct.unpack_from("<6I", elf, table + size * number) for number in range(count)]

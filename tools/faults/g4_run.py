@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""One chunk of faults in the stm32g4 image: g4_run.py EXPERIMENT SEED FIRST COUNT. Prints its result as JSON."""
+"""One chunk of faults in the stm32g4 image: g4_run.py EXPERIMENT CHANNELS SEED FIRST COUNT. Its result is JSON."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ from g4_faults import AFTER, BEFORE, OUTCOMES, WRONG, Injector  # noqa: E402
 PER_CYCLE = 10  # faults that start at the same cycle
 
 
-def image_of(experiment: str, block: bytes) -> Path:
+def image_of(experiment: str, blocks: tuple[bytes, ...]) -> Path:
     folder = ROOT / "build" / "g4"
     folder.mkdir(parents=True, exist_ok=True)
-    block_file, image = folder / f"{experiment}-faults.bin", folder / f"{experiment}-faults.elf"
-    block_file.write_bytes(block)
-    command = ["make", "-C", str(ROOT), "firmware", "BOARD=stm32g4", f"BLOCK={block_file}"]
+    name = f"{experiment}-faults-{len(blocks)}"
+    block_file, image = folder / f"{name}.bin", folder / f"{name}.elf"
+    block_file.write_bytes(b"".join(blocks))
+    command = ["make", "-C", str(ROOT), "firmware", "BOARD=stm32g4", f"BLOCK={block_file}", f"CHANNELS={len(blocks)}"]
     subprocess.run([*command, f"IMAGE={image.relative_to(ROOT)}"], check=True, stdout=subprocess.DEVNULL)
     return image
 
@@ -41,13 +42,13 @@ def chosen(random: Random, stops: list[int], cycles: int) -> int:
 
 
 def main() -> int:
-    experiment, seed, first, count = sys.argv[1], *map(int, sys.argv[2:5])
-    run = record(experiment)
+    experiment, channels, seed, first, count = sys.argv[1], *map(int, sys.argv[2:6])
+    run = record(experiment, channels)
     period_us = run.cycles[1][0] - run.cycles[0][0]
-    reaction = -(-reaction_us(run.block) // period_us)
+    reaction = -(-reaction_us(run.blocks[0]) // period_us)
     random = Random(f"{seed} {experiment} {first}")
     starts = sorted({chosen(random, run.stops, len(run.cycles)) for _ in range(-(-count // PER_CYCLE))})
-    injector = Injector(image_of(experiment, run.block), reaction, run.cycles)
+    injector = Injector(image_of(experiment, run.blocks), channels, reaction, run.cycles)
     snapshots = dict(injector.run_reference(starts))
     rows: dict[tuple[str, str], list[int]] = {}
     wrong: list[str] = []

@@ -1,90 +1,68 @@
 #include "machine.h"
 
 #include <stddef.h>
+#include <stdio.h>
+#include <string.h>
 
-#define STATE(name, member)                                                                                            \
-    {name, (uint32_t)offsetof(machine_t, guard.member), sizeof(((machine_t *)0)->guard.member), false}
-#define TABLE(name, member)                                                                                            \
-    {name, (uint32_t)offsetof(machine_t, config.member), sizeof(((machine_t *)0)->config.member), true}
+part_t machine_part[MACHINE_PARTS_MAX];
+uint32_t machine_parts;
 
-/* All of guard_t except the pointer to the block: a fault in it would only crash this process. */
-const part_t machine_part[] = {
-    STATE("joints", joints),
-    STATE("state", state),
-    STATE("state_inverted", state_inverted),
-    STATE("inputs.receiver", inputs.receiver),
-    STATE("inputs.errors", inputs.errors),
-    STATE("inputs.repeats", inputs.repeats),
-    STATE("inputs.repeated", inputs.repeated),
-    STATE("inputs.snapshot", inputs.snapshot),
-    STATE("inputs.sync", inputs.sync),
-    STATE("inputs.joints", inputs.joints),
-    STATE("inputs.task", inputs.task),
-    STATE("inputs.completed_us", inputs.completed_us),
-    STATE("inputs.window_start_us", inputs.window_start_us),
-    STATE("inputs.window_cycles", inputs.window_cycles),
-    STATE("inputs.window_started", inputs.window_started),
-    STATE("inputs.clocks_agree", inputs.clocks_agree),
-    STATE("inputs.task_cycle", inputs.task_cycle),
-    STATE("inputs.acceleration", inputs.acceleration),
-    STATE("inputs.task_number", inputs.task_number),
-    STATE("inputs.fault_joint", inputs.fault_joint),
-    STATE("inputs.fault", inputs.fault),
-    STATE("inputs.request", inputs.request),
-    STATE("inputs.edge", inputs.edge),
-    STATE("inputs.requested_trip", inputs.requested_trip),
-    STATE("motion", motion),
-    STATE("observer", observer),
-    STATE("acceleration", acceleration),
-    STATE("regressor", regressor),
-    STATE("index", index),
-    STATE("explained", explained),
-    STATE("bank", bank),
-    STATE("detector", detector),
-    STATE("plausibility", plausibility),
-    STATE("rise", rise),
-    STATE("evaluated", evaluated),
-    STATE("stage_token", stage_token),
-    STATE("settled_cycles", settled_cycles),
-    STATE("task", task),
-    STATE("task_cycles", task_cycles),
-    STATE("trip", trip),
-    STATE("last_tick_us", last_tick_us),
-    STATE("healthy_since_us", healthy_since_us),
-    STATE("standing_ticks", standing_ticks),
-    STATE("self_test", self_test_step),
-    STATE("healthy", healthy),
-    STATE("ticked", ticked),
-    STATE("over_budget", over_budget),
-    STATE("calm", calm),
-    STATE("acknowledged", acknowledged),
-    STATE("start_cause", start_cause),
-    STATE("restarts", restarts),
-    STATE("variant", variant),
-    STATE("watch", watch),
-    STATE("counters", counters),
-    STATE("report", report),
-    {"block.header", (uint32_t)offsetof(machine_t, config), (uint32_t)offsetof(guard_config_t, observer), true},
-    TABLE("block.observer", observer),
-    TABLE("block.bank", bank),
-    TABLE("block.subspace", subspace),
-    TABLE("block.acceleration", acceleration),
-    TABLE("block.regressor", regressor),
-    TABLE("block.sensor", sensor),
-    TABLE("block.task", task),
-    TABLE("block.robot", robot),
-};
-const uint32_t machine_parts = sizeof(machine_part) / sizeof(machine_part[0]);
+static char second_name[MACHINE_PARTS_MAX][40];
 
-void machine_moved(machine_t *self) {
-    self->guard.config = &self->config;
+static void add_parts(const layout_t *layout, bool second, size_t guard, size_t block) {
+    for (uint32_t i = 0; (i < layout->parts) && (machine_parts < (uint32_t)MACHINE_PARTS_MAX); ++i) {
+        part_t part = layout->part[i];
+        part.offset += (uint32_t)(part.table ? block : guard);
+        if (second) {
+            (void)snprintf(second_name[machine_parts], sizeof(second_name[0]), "second.%s", part.name);
+            part.name = second_name[machine_parts];
+        }
+        machine_part[machine_parts] = part;
+        ++machine_parts;
+    }
 }
 
-bool machine_init(machine_t *self, const guard_config_t *block) {
-    self->config = *block;
-    if (guard_init(&self->guard, &self->config) != GUARD_OK) {
+bool machine_has_two_channels(const machine_t *self) {
+    return !guard_is_alone(&self->pair.guard);
+}
+
+/* second.c keeps the guard at the beginning of its storage, and its last output behind it. */
+void machine_moved(machine_t *self, const machine_t *home) {
+    first_layout()->move(&self->pair.guard, &home->block);
+    if (machine_has_two_channels(home)) {
+        second_layout()->move(&self->pair.second, home->second_block);
+    }
+}
+
+void machine_take_counts(machine_t *self, const machine_t *other) {
+    first_layout()->take_counts(&self->pair.guard, &other->pair.guard);
+    if (machine_has_two_channels(other)) {
+        second_layout()->take_counts(&self->pair.second, &other->pair.second);
+    }
+}
+
+void machine_accept_block(machine_t *self) {
+    config_watch_start(&self->pair.guard.watch, &self->block);
+}
+
+bool machine_init(machine_t *self, const guard_config_t *block, const void *second) {
+    memset(self, 0, sizeof(*self));
+    self->block = *block;
+    if (second != NULL) {
+        memcpy(self->second_block, second, sizeof(*block));
+    }
+    machine_parts = 0;
+    add_parts(first_layout(), false, offsetof(machine_t, pair.guard), offsetof(machine_t, block));
+    if (second != NULL) {
+        add_parts(second_layout(), true, offsetof(machine_t, pair.second), offsetof(machine_t, second_block));
+        machine_part[machine_parts] =
+            (part_t){"second.out", (uint32_t)(offsetof(machine_t, pair.second) + second_layout()->guard_bytes),
+                     sizeof(guard_output_t), false};
+        ++machine_parts;
+    }
+    if (pair_init(&self->pair, &self->block, (second != NULL) ? self->second_block : NULL) != GUARD_OK) {
         return false;
     }
-    guard_note_start(&self->guard, GUARD_START_POWER_ON, 0u, GUARD_VARIANT_PRODUCT);
+    pair_note_start(&self->pair, GUARD_START_POWER_ON, 0u, GUARD_VARIANT_PRODUCT);
     return true;
 }

@@ -1,28 +1,33 @@
-/* machine: the target of the faults: one guard with its configuration block, driven as by a board.
+/* machine: the target of the faults: a guard of one or two channels with its blocks, driven as by a board.
  *
  * A machine is copied as bytes: a snapshot is an assignment, followed by machine_moved. */
 #ifndef FAULTS_MACHINE_H
 #define FAULTS_MACHINE_H
 
-#include "guard.h"
+#include "pair.h"
+#include "parts.h"
 
 typedef struct {
-    guard_config_t config;
-    guard_t guard;
+    guard_config_t block;
+    uint64_t second_block[(sizeof(guard_config_t) + 7u) / 8u]; /* in Q9.22; zero: one channel */
+    pair_t pair;
 } machine_t;
 
-/* A part of a machine, by the name that the report uses. */
-typedef struct {
-    const char *name;
-    uint32_t offset, size;
-    bool table; /* a part of the configuration block, otherwise of the state */
-} part_t;
+enum { MACHINE_PARTS_MAX = 192 };
 
-enum { MACHINE_PARTS_MAX = 64 };
-extern const part_t machine_part[];
-extern const uint32_t machine_parts;
+/* Offsets in machine_t. The second channel's parts are named second.NAME. */
+extern part_t machine_part[MACHINE_PARTS_MAX];
+extern uint32_t machine_parts;
 
-bool machine_init(machine_t *self, const guard_config_t *block);
-void machine_moved(machine_t *self); /* after a copy: the guard points to its own block */
+/* second: NULL for one channel. Fills machine_part. */
+bool machine_init(machine_t *self, const guard_config_t *block, const void *second);
+bool machine_has_two_channels(const machine_t *self);
+
+/* After a copy: every pointer into a block points into `home`, self or the machine that it is compared with. */
+void machine_moved(machine_t *self, const machine_t *home);
+void machine_take_counts(machine_t *self, const machine_t *other);
+
+/* A flipped bit counts as the block: for the test of this program. */
+void machine_accept_block(machine_t *self);
 
 #endif

@@ -14,13 +14,14 @@ from tauperp.run.scenario import load_scenario, shipped
 from tauperp.run.virtual import LockstepBus
 
 Cycle = tuple[int, list[can.Message]]
+NUMERICS: tuple[Numeric, ...] = ("float32", "q9.22")  # of the channels
 
 
 @dataclass(frozen=True)
 class Recording:
     """A run without a fault."""
 
-    block: bytes
+    blocks: tuple[bytes, ...]  # of each channel: float32, Q9.22
     cycles: list[Cycle]  # time, and the robot's frames
     stops: list[int]  # cycles in which the permission ends
 
@@ -50,21 +51,23 @@ class _Listener:
         self.cycles.append((now_us, heard))
 
 
-def record(experiment: str, numeric: Numeric = "float32") -> Recording:
+def record(experiment: str, channels: int = 1) -> Recording:
     """One of the experiments, with the library's guard."""
     scenario = load_scenario(shipped(experiment))
-    block = scenario.configuration.block(numeric)
+    blocks = tuple(scenario.configuration.block(numeric) for numeric in NUMERICS[:channels])
     with LockstepBus("faults") as robot, LockstepBus("faults") as bus:
-        listener = _Listener(bus, Guard(block, start=Start.POWER_ON, variant=Variant.PRODUCT))
+        second = blocks[1] if channels == 2 else None
+        guard = Guard(blocks[0], start=Start.POWER_ON, variant=Variant.PRODUCT, second=second)
+        listener = _Listener(bus, guard)
         Lockstep(scenario, robot, listener).run()
-    return Recording(block, listener.cycles, listener.stops)
+    return Recording(blocks, listener.cycles, listener.stops)
 
 
 def as_file(recording: Recording) -> bytes:
-    """Little-endian, as reference.c takes it."""
-    block, cycles = recording.block, recording.cycles
+    """Little-endian, as read_recording of reference.c takes it."""
+    blocks, cycles = recording.blocks, recording.cycles
     frames = sum(len(messages) for _, messages in cycles)
-    parts = [struct.pack("<3I", len(block), len(cycles), frames), block]
+    parts = [struct.pack("<4I", len(blocks), len(blocks[0]), len(cycles), frames), *blocks]
     for now_us, messages in cycles:
         parts.append(struct.pack("<QI", now_us, len(messages)))
         for message in messages:

@@ -15,7 +15,7 @@ static void flip(machine_t *machine, const fault_t *fault) {
     uint8_t *const byte = (uint8_t *)machine + machine_part[fault->part].offset + fault->byte;
     *byte ^= (uint8_t)(1u << fault->bit);
     if (fault->unwatched) {
-        config_watch_start(&machine->guard.watch);
+        machine_accept_block(machine);
     }
 }
 
@@ -37,8 +37,8 @@ static bool has_tick(uint32_t at, const fault_t *fault) {
 /* A tick of cycle `at`; the robot receives it at once. */
 static void tick(world_t *world, uint64_t guard_us, uint64_t robot_us, answer_t *answer) {
     guard_output_t out;
-    guard_tick(&world->machine.guard, guard_us, &out);
-    guard_note_tick_time(&world->machine.guard, 0u);
+    pair_tick(&world->machine.pair, guard_us, &out);
+    pair_note_tick_time(&world->machine.pair, 0u);
     for (uint32_t i = 0; (i < out.frame_count) && (i < GUARD_MAX_FRAMES); ++i) {
         robot_side_hear(&world->robot, &out.frame[i], robot_us);
     }
@@ -55,7 +55,7 @@ answer_t reference_cycle(const reference_t *self, world_t *world, uint32_t at, c
         }
         const can_frame_t *const frame = &self->frames[cycle->first + i];
         (void)robot_side_follow(&world->robot, frame, cycle->now_us);
-        guard_receive(&world->machine.guard, frame, now_us);
+        pair_receive(&world->machine.pair, frame, now_us);
     }
     if ((fault != NULL) && (at == fault->cycle) && (fault->position >= cycle->frames) &&
         (fault->part < machine_parts)) {
@@ -70,16 +70,17 @@ answer_t reference_cycle(const reference_t *self, world_t *world, uint32_t at, c
 
 /* --- the reference ------------------------------------------------------------------------------------------------ */
 
-static void read_recording(reference_t *self, const char *path, guard_config_t *block) {
+static void read_recording(reference_t *self, const char *path, guard_config_t block[2]) {
     FILE *const file = fopen(path, "rb");
-    uint32_t head[3]; /* bytes of the block, self->cycles, frames */
-    if ((file == NULL) || (fread(head, sizeof(head), 1, file) != 1u) || (head[0] != sizeof(*block)) ||
-        (fread(block, sizeof(*block), 1, file) != 1u)) {
+    uint32_t head[4]; /* channels, bytes of a block, cycles, frames */
+    if ((file == NULL) || (fread(head, sizeof(head), 1, file) != 1u) || ((head[0] != 1u) && (head[0] != 2u)) ||
+        (head[1] != sizeof(*block)) || (fread(block, sizeof(*block), head[0], file) != head[0])) {
         give_up("not a recording for this build");
     }
-    self->cycle_count = head[1];
+    self->channels = head[0];
+    self->cycle_count = head[2];
     self->cycles = calloc(self->cycle_count, sizeof(*self->cycles));
-    self->frames = calloc(head[2], sizeof(*self->frames));
+    self->frames = calloc(head[3], sizeof(*self->frames));
     self->before = calloc(self->cycle_count, sizeof(*self->before));
     self->answer = calloc(self->cycle_count, sizeof(*self->answer));
     self->quiet = calloc(self->cycle_count, sizeof(*self->quiet));
@@ -98,7 +99,7 @@ static void read_recording(reference_t *self, const char *path, guard_config_t *
         self->cycles[i].frames = count;
         for (uint32_t j = 0; j < count; ++j, ++first) {
             uint8_t raw[16]; /* id, flags, length, 2 spare, data */
-            if ((first >= head[2]) || (fread(raw, sizeof(raw), 1, file) != 1u)) {
+            if ((first >= head[3]) || (fread(raw, sizeof(raw), 1, file) != 1u)) {
                 give_up("the recording is cut off");
             }
             memcpy(&self->frames[first].id, raw, 4u);
@@ -110,10 +111,10 @@ static void read_recording(reference_t *self, const char *path, guard_config_t *
     (void)fclose(file);
 }
 
-static void answer_all(reference_t *self, const guard_config_t *block) {
+static void answer_all(reference_t *self, const guard_config_t block[]) {
     world_t world;
     memset(&world, 0, sizeof(world));
-    if (!machine_init(&world.machine, block)) {
+    if (!machine_init(&world.machine, block, (self->channels == 2u) ? &block[1] : NULL)) {
         give_up("the guard refuses the block");
     }
     const robot_side_config_t robot = {.joints = block->robot.joint_count,
@@ -126,6 +127,7 @@ static void answer_all(reference_t *self, const guard_config_t *block) {
     self->reaction = (config_reaction_us(block) + block->period_us - 1u) / block->period_us;
     for (uint32_t i = 0; i < self->cycle_count; ++i) {
         memcpy(&self->before[i], &world, sizeof(world));
+        machine_moved(&self->before[i].machine, &self->before[i].machine);
         self->answer[i] = reference_cycle(self, &world, i, NULL);
         if ((i > 0u) && self->answer[i - 1u].permits && !self->answer[i].permits && (self->stops < STOPS_MAX)) {
             self->stop[self->stops++] = i;
@@ -141,7 +143,7 @@ static void answer_all(reference_t *self, const guard_config_t *block) {
 }
 
 void reference_run(reference_t *self, const char *path) {
-    guard_config_t block;
-    read_recording(self, path, &block);
-    answer_all(self, &block);
+    guard_config_t block[2];
+    read_recording(self, path, block);
+    answer_all(self, block);
 }

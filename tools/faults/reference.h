@@ -24,7 +24,7 @@ typedef struct {
 
 /* Arrays of one element per cycle. reaction: the block's worst case, in cycles. */
 typedef struct {
-    uint32_t cycle_count;
+    uint32_t channels, cycle_count;
     cycle_t *cycles;
     can_frame_t *frames;
     world_t *before; /* at the beginning of each cycle */
@@ -35,7 +35,7 @@ typedef struct {
 
 _Noreturn void give_up(const char *why);
 
-/* Reads the recording and runs it without a fault. Ends the process for another kind of file, or one without a stop. */
+/* Reads the recording and runs it without a fault. Gives up on a file of another kind, or without a stop. */
 void reference_run(reference_t *self, const char *path);
 
 /* One cycle. fault: NULL for none. */
