@@ -86,13 +86,14 @@ static void look(locate_t *self, const lever_config_t *shape, const motion_t *mo
 
 /* The answer: r balances the force, which is on the robot. */
 static void decide(locate_t *self, uint32_t joints) {
+    uint32_t held = 0;
     uint32_t best = 0;
     for (uint32_t i = 1; i < joints; ++i) {
         best = (self->cost[i] < self->cost[best]) ? i : best;
     }
     bool ahead = self->cost[best] < NUM(LOCATE_WORST);
     for (uint32_t i = 0; i < joints; ++i) {
-        ahead = ahead && ((i == best) || ((self->cost[i] - self->cost[best]) > NUM(LOCATE_LEAD)));
+        ahead = ahead && ((i == best) || (num_subtract(self->cost[i], self->cost[best], &held) > NUM(LOCATE_LEAD)));
     }
     self->link = ahead ? (best + 1u) : 0u;
     self->force_n = (vec3_t){.x = -self->force[best][0], .y = -self->force[best][1], .z = -self->force[best][2]};
@@ -100,15 +101,15 @@ static void decide(locate_t *self, uint32_t joints) {
 
 bool locate_step(locate_t *self, const lever_config_t *shape, uint32_t joints, motion_t *motion, const num_t residual[],
                  bool calm) {
+    uint32_t held = 0;
     if (self->steps == 0u) {
         for (uint32_t i = 0; calm && (i < joints); ++i) {
-            self->before[i] = self->before[i] + ((residual[i] - self->before[i]) / 128);
+            self->before[i] = num_add(self->before[i], num_subtract(residual[i], self->before[i], &held) / 128, &held);
         }
         return false;
     }
     num_t change[ROBOT_MAX_JOINTS] = {NUM(0)};
     num_t size = NUM(0);
-    uint32_t held = 0;
     for (uint32_t i = 0; i < joints; ++i) {
         change[i] = num_subtract(residual[i], self->before[i], &held);
         size = num_max(size, num_abs(change[i]));

@@ -130,11 +130,24 @@ static void test_no_contact_is_searched_before_a_trip(void) {
     TEST_ASSERT_TRUE(locate.before[0] == NUM(0)); /* not calm: not learned */
 }
 
+static void test_the_mean_follows_a_residual_that_jumps_across_its_range(void) {
+    residual[0] = NUM(511);
+    for (uint32_t i = 0; i < 1000u; ++i) {
+        TEST_ASSERT_FALSE(locate_step(&locate, &shape, N, &motion, residual, true));
+    }
+    const num_t before = locate.before[0];
+    TEST_ASSERT_TRUE(before > NUM(500));
+    residual[0] = -NUM(511);
+    TEST_ASSERT_FALSE(locate_step(&locate, &shape, N, &motion, residual, true));
+    TEST_ASSERT_TRUE(locate.before[0] < before);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_push_is_located_on_its_link_with_its_force);
     RUN_TEST(test_a_force_from_before_the_contact_does_not_count);
     RUN_TEST(test_without_a_change_no_link_is_reported);
     RUN_TEST(test_no_contact_is_searched_before_a_trip);
+    RUN_TEST(test_the_mean_follows_a_residual_that_jumps_across_its_range);
     return UNITY_END();
 }
