@@ -1,4 +1,7 @@
 #include "guard.h"
+
+#include <stddef.h>
+
 #include "scale.h"
 #include "schedule.h"
 #include "tauperp.h"
@@ -56,7 +59,7 @@ uint32_t tauperp_init(tauperp_guard_t *self, const void *block, size_t block_siz
         guard_note_start(&state->guard, known ? (guard_start_t)start : GUARD_START_UNKNOWN, restarts,
                          GUARD_VARIANT_PRODUCT);
     }
-    schedule_init(&state->schedule, accepted ? config : 0, false, now_us);
+    schedule_init(&state->schedule, accepted ? config : NULL, false, now_us);
     return (uint32_t)status;
 }
 

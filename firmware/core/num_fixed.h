@@ -268,7 +268,7 @@ static inline bool num_is_orthogonal(num_wide_t along, num_wide_t first, num_wid
     const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
     const uint64_t part = num_wide_size(along) >> right;
     const uint64_t product = ((uint64_t)first >> right) * ((uint64_t)second >> right);
-    return (part >> 31 == 0u) && ((part * part) <= (product >> (2u * bits)));
+    return ((part >> 31) == 0u) && ((part * part) <= (product >> (2u * bits)));
 }
 
 /* The rotation by at most an eighth of a turn that makes two vectors with these squares and inner product orthogonal,

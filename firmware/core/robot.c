@@ -1,8 +1,8 @@
 #include "robot.h"
 
 static bool zero_behind(const robot_t *robot) {
-    const robot_joint_t *const end = robot->joint + ROBOT_MAX_JOINTS;
-    const robot_joint_t *const last = robot->joint + robot->joint_count;
+    const robot_joint_t *const end = &robot->joint[ROBOT_MAX_JOINTS];
+    const robot_joint_t *const last = &robot->joint[robot->joint_count];
     bool zero = true;
     for (const uint8_t *byte = (const uint8_t *)last; byte < (const uint8_t *)end; ++byte) {
         zero = zero && (*byte == 0u);

@@ -26,9 +26,9 @@ static inline uint32_t token_next(uint32_t before, token_stage_t stage, uint32_t
     return ((((before ^ bits) * 2654435761u) + (uint32_t)stage) << 1) | 1u;
 }
 
-static inline uint32_t token_bits(const num_t values[], uint32_t count) {
+static inline uint32_t token_bits(const num_t values[], uint32_t number) {
     uint32_t bits = 0;
-    for (uint32_t i = 0; i < count; ++i) {
+    for (uint32_t i = 0; i < number; ++i) {
         uint32_t word;
         __builtin_memcpy(&word, &values[i], sizeof(word));
         bits = (bits << 1) + word;

@@ -12,7 +12,7 @@
 static bool crc_matches(const guard_config_t *config) {
     const uint8_t *const bytes = (const uint8_t *)config;
     const uint32_t length = (uint32_t)(sizeof(*config) - COVERED);
-    return crc32_finish(crc32_fold(CRC32_START, bytes + COVERED, length)) == config->crc;
+    return crc32_finish(crc32_fold(CRC32_START, &bytes[COVERED], length)) == config->crc;
 }
 
 static guard_status_t check_identity(const guard_config_t *config) {

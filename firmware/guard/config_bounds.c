@@ -20,7 +20,7 @@ static bool timing_is_valid(const guard_config_t *config) {
                            lies_within(config->task_deadline_us, period, input) &&
                            lies_within(config->tick_deadline_us, period, tick) &&
                            lies_within(config->tick_budget_us, 1u, period);
-    const uint32_t dwell_us = (config->task_dwell_cycles < CONFIG_DWELL_MAX_US / CONFIG_PERIOD_MIN_US + 1u)
+    const uint32_t dwell_us = (config->task_dwell_cycles < ((CONFIG_DWELL_MAX_US / CONFIG_PERIOD_MIN_US) + 1u))
                                   ? (config->task_dwell_cycles * period)
                                   : UINT32_MAX;
     return deadlines && lies_within(dwell_us, CONFIG_DWELL_MIN_US, CONFIG_DWELL_MAX_US) &&

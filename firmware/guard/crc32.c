@@ -7,10 +7,11 @@ static const uint32_t nibble_table[16] = {
 };
 
 uint32_t crc32_fold(uint32_t state, const uint8_t *data, uint32_t length) {
+    uint32_t crc = state;
     for (uint32_t i = 0; i < length; ++i) {
-        state ^= data[i];
-        state = (state >> 4) ^ nibble_table[state & 0x0Fu];
-        state = (state >> 4) ^ nibble_table[state & 0x0Fu];
+        crc ^= data[i];
+        crc = (crc >> 4) ^ nibble_table[crc & 0x0Fu];
+        crc = (crc >> 4) ^ nibble_table[crc & 0x0Fu];
     }
-    return state;
+    return crc;
 }

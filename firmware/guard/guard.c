@@ -1,5 +1,7 @@
 #include "guard.h"
 
+#include <stddef.h>
+
 #include "guard_parts.h"
 #include "guard_reason.h"
 
@@ -308,7 +310,7 @@ void guard_say(guard_t *self, guard_output_t *out) {
 
 void guard_tick(guard_t *self, uint64_t now_us, guard_output_t *out) {
     *out = (guard_output_t){.withheld = true};
-    if (self->config != 0) {
+    if (self->config != NULL) {
         guard_finding_t finding;
         guard_look(self, now_us, &finding);
         settle(self, now_us, &finding, out);
@@ -320,7 +322,7 @@ void guard_note_tick_time(guard_t *self, uint32_t tick_us) {
     self->report.tick_time_us = tick_us;
     self->report.worst_tick_time_us =
         (tick_us > self->report.worst_tick_time_us) ? tick_us : self->report.worst_tick_time_us;
-    self->over_budget = self->over_budget || ((self->config != 0) && (tick_us > self->config->tick_budget_us));
+    self->over_budget = self->over_budget || ((self->config != NULL) && (tick_us > self->config->tick_budget_us));
 }
 
 void guard_trip(guard_t *self, guard_reason_t reason) {

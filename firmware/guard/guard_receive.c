@@ -1,4 +1,7 @@
 #include "guard_parts.h"
+
+#include <stddef.h>
+
 #include "guard_reason.h"
 #include "messages.h"
 #include "scale.h"
@@ -252,7 +255,7 @@ static bool is_stop_command(const can_frame_t *frame) {
 }
 
 void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
-    if (self->config == 0) {
+    if (self->config == NULL) {
         return;
     }
     const uint32_t slot = protocol_slot(frame->id);
@@ -287,5 +290,5 @@ void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
 }
 
 bool guard_cycle_complete(const guard_t *self) {
-    return (self->config != 0) && snapshot_is_complete(&self->inputs.snapshot);
+    return (self->config != NULL) && snapshot_is_complete(&self->inputs.snapshot);
 }

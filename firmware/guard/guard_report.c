@@ -1,4 +1,7 @@
 #include "guard_parts.h"
+
+#include <stddef.h>
+
 #include "messages.h"
 #include "scale.h"
 #include "vec3.h"
@@ -18,7 +21,7 @@ static can_frame_t *next_frame(const guard_t *guard, guard_output_t *out, uint32
     can_frame_t *const frame = &out->frame[out->frame_count];
     ++out->frame_count;
     *frame = (can_frame_t){.id = protocol_transmit[slot].id, .length = protocol_transmit[slot].length};
-    if ((guard->config != 0) && (guard->config->format == (uint32_t)FORMAT_FD)) {
+    if ((guard->config != NULL) && (guard->config->format == (uint32_t)FORMAT_FD)) {
         frame->flags = (uint8_t)(CAN_FRAME_FD | CAN_FRAME_BRS);
     }
     return frame;
@@ -118,7 +121,7 @@ static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_
     message->blind_links = out->blind_links;
     message->needed_links = out->needed_links;
     message->build_id = (uint16_t)(TAUPERP_BUILD_ID >> 16);
-    if (guard->config != 0) {
+    if (guard->config != NULL) {
         message->config_crc = guard->config->crc;
         message->robot_joints = (uint8_t)guard->joints;
         message->format = (uint8_t)guard->config->format;

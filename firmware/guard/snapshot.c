@@ -6,7 +6,7 @@
 #define NIBBLE_BEHIND 8u /* nibble distances from here on count as the past */
 
 bool snapshot_init(snapshot_t *self, uint32_t joint_count) {
-    memset(self, 0, sizeof(*self));
+    (void)memset(self, 0, sizeof(*self));
     if ((joint_count < 1u) || (joint_count > ROBOT_MAX_JOINTS)) {
         return false;
     }
@@ -16,7 +16,7 @@ bool snapshot_init(snapshot_t *self, uint32_t joint_count) {
 
 void snapshot_restart(snapshot_t *self) {
     const uint8_t expected = self->expected;
-    memset(self, 0, sizeof(*self));
+    (void)memset(self, 0, sizeof(*self));
     self->expected = expected;
 }
 

@@ -69,7 +69,7 @@ static void tick_both(pair_t *self, uint64_t now_us, guard_output_t *out) {
 
 guard_status_t pair_init(pair_t *self, const guard_config_t *first, const void *second) {
     const guard_status_t status = guard_init(&self->guard, first);
-    return ((status != GUARD_OK) || (second == 0)) ? status : join(self, first, second);
+    return ((status != GUARD_OK) || (second == NULL)) ? status : join(self, first, second);
 }
 
 void pair_note_start(pair_t *self, guard_start_t cause, uint32_t restarts, guard_variant_t variant) {
@@ -89,7 +89,7 @@ bool pair_cycle_complete(const pair_t *self) {
 }
 
 void pair_tick(pair_t *self, uint64_t now_us, guard_output_t *out) {
-    if ((self->guard.config == 0) || guard_is_alone(&self->guard)) {
+    if ((self->guard.config == NULL) || guard_is_alone(&self->guard)) {
         guard_tick(&self->guard, now_us, out);
     } else {
         tick_both(self, now_us, out);

@@ -97,7 +97,7 @@ bool robot_side_task(const robot_side_t *self, robot_side_task_t task, const flo
     begin_frame(self, entry, frame);
     frame->data[1] = (uint8_t)((uint32_t)task << 4u);
     for (uint32_t axis = 0; axis < 3u; ++axis) {
-        if (!put(&frame->data[2u + 2u * axis], acceleration[axis], PER_M_S2)) {
+        if (!put(&frame->data[2u + (2u * axis)], acceleration[axis], PER_M_S2)) {
             return false;
         }
     }

@@ -1,8 +1,10 @@
 #include "schedule.h"
 
+#include <stddef.h>
+
 void schedule_init(schedule_t *self, const guard_config_t *config, bool in_lockstep, uint64_t now_us) {
-    const uint32_t period_us = (config != 0) ? config->period_us : SCHEDULE_REFUSED_PERIOD_US;
-    const uint32_t deadline_us = (config != 0) ? config->tick_deadline_us : SCHEDULE_REFUSED_DEADLINE_US;
+    const uint32_t period_us = (config != NULL) ? config->period_us : SCHEDULE_REFUSED_PERIOD_US;
+    const uint32_t deadline_us = (config != NULL) ? config->tick_deadline_us : SCHEDULE_REFUSED_DEADLINE_US;
     const uint32_t over_us = (deadline_us > period_us) ? ((deadline_us - period_us) / 2u) : 0u;
     const uint32_t half_us = period_us / 2u;
     *self = (schedule_t){.period_us = period_us,

@@ -73,7 +73,7 @@ void e2e_seal(uint8_t *data, uint8_t length, const uint8_t *data_ids, uint8_t co
 }
 
 bool e2e_receiver_is_valid(const e2e_receiver_t *self) {
-    const bool in_range = (self->counter <= E2E_COUNTER_MASK) && (self->lost <= E2E_MAX_DELTA - 1u);
+    const bool in_range = (self->counter <= E2E_COUNTER_MASK) && (self->lost <= (E2E_MAX_DELTA - 1u));
     return in_range && (self->referenced || ((self->counter == 0u) && (self->lost == 0u)));
 }
 

@@ -50,6 +50,15 @@ class Plant:
 
 C_VIOLATION = "\nint bank_planted(long value);\nint bank_planted(long value) {\n    return value;\n}\n"
 
+GOTO = """
+void bank_planted(bank_t *bank);
+void bank_planted(bank_t *bank) {
+    goto end;
+end:
+    *bank = (bank_t){0};
+}
+"""
+
 HEAP = """
 #include <stdlib.h>
 void *bank_planted(void);
@@ -63,6 +72,7 @@ void *bank_planted(void) {
 PLANTS = [
     Plant(f"{LINT}_gcc", BANK, "", C_VIOLATION, "-Werror=conversion", alone=True),
     Plant(f"{LINT}_clang", BANK, "", C_VIOLATION, "-Wshorten-64-to-32", alone=True, needs="clang"),
+    Plant(f"{LINT}_misra", BANK, "", GOTO, r"bank\.c:\d+: 15\.1", alone=True),
     Plant(f"{LINT}_types", "host/tauperp/errors.py", "", "\nPLANTED: int = 'text'\n", "Incompatible types"),
     Plant(f"{LINT}[format]", BANK, "", "\nint  planted ;\n", "bank.c:.*clang-format"),
     Plant(f"{LINT}[format]", "tests/checkout.py", "", "PLANTED  =  1\n", r"-PLANTED  =  1"),

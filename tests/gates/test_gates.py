@@ -23,6 +23,11 @@ def test_lint_clang() -> None:
 
 
 @pytest.mark.slow
+def test_lint_misra() -> None:
+    holds("lint-misra")
+
+
+@pytest.mark.slow
 def test_lint_types() -> None:
     holds("lint-types")
 

@@ -37,8 +37,8 @@ def planted(folder: Path, file: str, old: str, new: str) -> Path:
     [
         ("core/num_fixed.h", "num_saturated((int64_t)a + b,", "num_saturated(a + b,", "proof_num_sums", "overflow"),
         ("guard/guard_rise.c", "i < joints;", "i <= joints;", "proof_rise", "bound"),
-        ("guard/crc32.c", "state & 0x0Fu];\n    }", "state & 0x1Fu];\n    }", "proof_crc32", "bound"),
-        ("guard/snapshot.c", "self->taken = true;", "", "proof_snapshot", "taken once"),
+        ("guard/crc32.c", "crc & 0x0Fu];\n    }", "crc & 0x1Fu];\n    }", "proof_crc32", "bound"),
+        ("guard/snapshot.c", "self->taken = true;", "", "proof_snapshot", "evaluated once"),
     ],
 )
 def test_a_planted_violation_turns_its_proof_red(
