@@ -65,7 +65,7 @@ def configuration() -> Configuration:
 
 @pytest.fixture(scope="session")
 def calm() -> Configuration:
-    return load_configuration("default", robot="ku_dex", overrides=CALM)
+    return load_configuration("paper", robot="ku_dex", overrides=CALM)
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def test_a_guard_that_does_not_detect_pushes_is_a_violation(
     dtype = block_dtype("float32")
     block = np.frombuffer(configuration.block(), dtype).copy()
     if field == "threshold_nm":
-        block["task"][0][1]["detector"][field][0] = [*(j.torque_max / 3 for j in configuration.robot.joints), 0.0]
+        block["task"][0][1]["detector"][field][:] = [*(j.torque_max / 3 for j in configuration.robot.joints), 0.0]
     else:
         block["task"][0][1]["detector"][field] = 100
     block["crc"] = zlib.crc32(block.tobytes()[CRC_END:])
