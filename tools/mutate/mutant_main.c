@@ -1,14 +1,16 @@
 /* mutant_main: runs selected tests of one Unity program under selected mutants, each in a child process.
  *
  * Standard input has a line for each job: the mutant's number, the limit of loop steps, and the numbers of the tests.
- * Standard output gets "MUTANT VERDICT" for each: survived, or killed by an assertion, a signal or the limit of steps.
+ * Standard output gets "MUTANT VERDICT TEST" for each: survived, or killed by an assertion, a signal or the limit of
+ * steps; and the number of the last test that ran.
  * Without a job (argument `record`): for each test its name, its loop steps, and the mutants that it reaches.
  */
-#define _GNU_SOURCE /* fork and fdopen, which -std=c11 hides */
+#define _GNU_SOURCE /* fork, fdopen and MAP_ANONYMOUS, which -std=c11 hides */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -32,6 +34,7 @@ static struct {
     void (*run)(void);
 } tests[MAX_TESTS];
 static int count;
+static int *current; /* number of the test that runs; shared with the child */
 
 void mutant_hangs(void) {
     _exit(HANGS);
@@ -77,7 +80,8 @@ static void child_runs(char *words) {
     (void)!freopen("/dev/null", "w", stderr);
     for (char *word = strtok(words, " \n"); word != NULL; word = strtok(NULL, " \n")) {
         mutant_steps = 0;
-        if (fails(atoi(word))) {
+        *current = atoi(word);
+        if (fails(*current)) {
             _exit(1);
         }
     }
@@ -90,6 +94,10 @@ int main(int argc, char **argv) {
     if ((argc > 1) && (strcmp(argv[1], "record") == 0)) {
         record();
         return 0;
+    }
+    current = mmap(NULL, sizeof *current, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (current == MAP_FAILED) {
+        return 1;
     }
     while (fgets(line, sizeof line, stdin) != NULL) {
         char *rest = line;
@@ -112,7 +120,7 @@ int main(int argc, char **argv) {
         } else if (WEXITSTATUS(status) != 0) {
             verdict = "assertion";
         }
-        printf("%d %s\n", mutant, verdict);
+        printf("%d %s %d\n", mutant, verdict, *current);
     }
     return 0;
 }

@@ -11,6 +11,7 @@ tests/mutation/survivors.toml lists the survivors with the reason why no test ca
 """
 
 import argparse
+import json
 import random
 import sys
 import tomllib
@@ -18,10 +19,12 @@ from collections import Counter
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from programs import NUMERICS, ROOT, Programs, Test, instrument, verdicts
+from programs import BUILD, NUMERICS, ROOT, Programs, Test, instrument, verdicts
 from schemata import Mutant
 
 LIST = ROOT / "tests" / "mutation" / "survivors.toml"
+KILLERS = BUILD / "killers.json"  # the test that killed a mutant the last time; saves time, decides nothing
+BITS = "test_bits_"  # programs that compare with recorded bits
 UNREVIEWED = "unreviewed"
 SEED = 4711
 SPARSE = 100  # divides the repetitions of random tests, as on the emulated targets
@@ -30,28 +33,96 @@ HEAD = f"""# Mutants that no unit test kills, by file and function, with the rea
 """
 
 
-def survivors(wanted: set[int]) -> tuple[set[int], Counter[str]]:
-    """Numbers of the mutants that no test kills, and the counts of each way in which the others were killed."""
-    alive, how = set(wanted), Counter[str]()
-    reached: dict[str, dict[str, list[Test]]] = {}
-    for numeric in NUMERICS:
-        if not alive:
-            break
-        programs = Programs(numeric, SPARSE)
-        reached[numeric] = programs.record()
-        built = programs.built(record=False)
-        order = sorted(reached[numeric], key=lambda name: sum(test.steps for test in reached[numeric][name]))
-        for name in order:
-            tests = reached[numeric][name]
-            due = sorted(number for number in alive if any(number in test.reaches for test in tests))
-            died = {number: end for number, end in verdicts(built[name], tests, due).items() if end != "survived"}
-            how.update(died.values())
-            alive -= set(died)
-            if due:
-                print(f"  {numeric} {name}: {len(died)} of {len(due)}", flush=True)
-    everywhere = [test.reaches for programs in reached.values() for tests in programs.values() for test in tests]
-    how["not reached"] = len(alive - frozenset().union(*everywhere))
-    return alive, how
+class Judge:
+    """Runs the tests of all programs on mutants, until each is killed or no test is left."""
+
+    def __init__(self, mutants: list[Mutant], wanted: set[int], near_only: bool) -> None:
+        self.keys = {mutant.number: mutant.key for mutant in mutants}
+        self.sources = {mutant.number: Path(mutant.file).stem for mutant in mutants}
+        self.alive, self.how, self.near_only = set(wanted), Counter[str](), near_only
+        self.killers: dict[str, list[str]] = json.loads(KILLERS.read_text()) if KILLERS.exists() else {}
+        self.programs: dict[str, dict[str, Path]] = {}
+        self.reached: dict[str, dict[str, list[Test]]] = {}
+
+    def prepare(self, numeric: str) -> bool:
+        """Builds the programs if a mutant is left for them."""
+        if self.alive and numeric not in self.reached:
+            self.programs[numeric] = Programs(numeric, SPARSE).built()
+            self.reached[numeric] = Programs.record(self.programs[numeric])
+        return bool(self.alive)
+
+    def run(self) -> None:
+        """The likeliest killers first. Recorded bits say least, so that a mutant's own tests come before them."""
+        for numeric in NUMERICS:
+            last = {self.killers.get(self.keys[mutant], [""])[0] for mutant in self.alive}
+            if numeric in last and self.prepare(numeric):
+                self.by_the_same_test(numeric)
+        rounds = [self.by_its_own_tests, self.by_bits]
+        for numeric in NUMERICS:
+            for round_of in rounds if self.near_only else [*rounds, self.by_any_test]:
+                if self.prepare(numeric):
+                    round_of(numeric)
+        everywhere = [
+            test.reaches for programs in self.reached.values() for tests in programs.values() for test in tests
+        ]
+        self.how["not reached"] = len(self.alive - frozenset().union(*everywhere))
+
+    def by_the_same_test(self, numeric: str) -> None:
+        for name, tests in self.reached[numeric].items():
+            if name.startswith(BITS):
+                continue
+            last = {(numeric, name, test.name): test for test in tests}
+            jobs = {
+                mutant: [last[killer]]
+                for mutant in self.alive
+                if (killer := tuple(self.killers.get(self.keys[mutant], ()))) in last
+            }
+            self.judge(numeric, name, jobs)
+
+    def by_its_own_tests(self, numeric: str) -> None:
+        """test_guard_report for guard_report.c, then every test_guard_* for it."""
+        for name in self.in_order(numeric):
+            self.judge(numeric, name, self.reaching(numeric, name, {name.removeprefix("test_")}))
+        for name in self.in_order(numeric):
+            self.judge(numeric, name, self.reaching(numeric, name, self.near(name)))
+
+    def by_any_test(self, numeric: str) -> None:
+        for name in self.in_order(numeric):
+            self.judge(numeric, name, self.reaching(numeric, name, set(self.sources.values()) - self.near(name)))
+
+    def near(self, program: str) -> set[str]:
+        """config_tasks and others for test_config_times: the sources whose names begin with the same word."""
+        return {source for source in self.sources.values() if source.startswith(program.split("_")[1])}
+
+    def in_order(self, numeric: str) -> list[str]:
+        """The programs in the order of steps for each mutant that they killed the last time, without BITS."""
+        kills = Counter(name for _, name, _ in self.killers.values())
+        steps = {name: sum(test.steps for test in tests) for name, tests in self.reached[numeric].items()}
+        others = [name for name in steps if not name.startswith(BITS)]
+        return sorted(others, key=lambda name: steps[name] / (1 + kills[name]))
+
+    def by_bits(self, numeric: str) -> None:
+        for name in self.reached[numeric]:
+            if name.startswith(BITS):
+                self.how["bits"] += self.judge(numeric, name, self.reaching(numeric, name, set(self.sources.values())))
+
+    def reaching(self, numeric: str, name: str, sources: set[str]) -> dict[int, list[Test]]:
+        """For each live mutant in the sources: the tests of the program that reach it, the cheapest first."""
+        ordered = sorted(self.reached[numeric][name], key=lambda one: one.steps)
+        due = sorted(mutant for mutant in self.alive if self.sources[mutant] in sources)
+        found = {mutant: [one for one in ordered if mutant in one.reaches] for mutant in due}
+        return {mutant: tests for mutant, tests in found.items() if tests}
+
+    def judge(self, numeric: str, name: str, jobs: dict[int, list[Test]]) -> int:
+        if not jobs:
+            return 0
+        died = verdicts(self.programs[numeric][name], jobs)
+        self.how.update(end for end, _ in died.values())
+        self.alive -= set(died)
+        self.killers |= {self.keys[mutant]: [numeric, name, test.name] for mutant, (_, test) in died.items()}
+        KILLERS.write_text(json.dumps(self.killers, indent=0))
+        print(f"  {numeric} {name}: {len(died)} of {len(jobs)}", flush=True)
+        return len(died)
 
 
 def listed() -> dict[str, str]:
@@ -83,6 +154,7 @@ def main() -> int:
     parser.add_argument("files", nargs="*", help="only files whose path below firmware/ begins with one of these")
     parser.add_argument("--sample", type=int, default=0)
     parser.add_argument("--listed", action="store_true", help="only the survivors on the list")
+    parser.add_argument("--near", action="store_true", help="only tests named after the mutant's file; judges less")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
@@ -94,8 +166,9 @@ def main() -> int:
     if arguments.sample:  # a sample of the mutants that must be killed: a survivor takes the time of every test
         wanted = {mutant.number for mutant in mutants if mutant.number in wanted and mutant.key not in listed()}
         wanted = set(random.Random(arguments.seed).sample(sorted(wanted), min(arguments.sample, len(wanted))))
-    alive, how = survivors(wanted)
-    return report(mutants, wanted, alive, how, arguments.write)
+    judge = Judge(mutants, wanted, arguments.near)
+    judge.run()
+    return report(mutants, wanted, judge.alive, judge.how, arguments.write)
 
 
 def report(mutants: list[Mutant], wanted: set[int], alive: set[int], how: Counter[str], write_list: bool) -> int:
@@ -116,7 +189,8 @@ def report(mutants: list[Mutant], wanted: set[int], alive: set[int], how: Counte
     unreviewed = sum(reasons.get(key, UNREVIEWED) == UNREVIEWED for key in survived)
     print(
         f"{len(wanted)} of {len(mutants)} mutants: {len(wanted) - len(alive)} killed "
-        f"({how['assertion']} by an assertion, {how['signal']} by a signal, {how['hangs']} by the limit of steps), "
+        f"({how['assertion']} by an assertion, {how['signal']} by a signal, {how['hangs']} by the limit of steps; "
+        f"{how['bits']} by recorded bits after its own tests), "
         f"{len(survived) - unreviewed} survive with a reason, {unreviewed} unreviewed, {how['not reached']} not reached"
     )
     return 1 if new or stale or (whole and unreviewed) else 0
