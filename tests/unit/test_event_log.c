@@ -172,6 +172,88 @@ static void test_frames_are_sealed_and_in_the_format_of_the_bus(void) {
     }
 }
 
+static void test_a_classic_bus_gets_classic_frames(void) {
+    trip(1u);
+    ticks(1u + (5u * EVENT_AFTER), 0.0);
+    (void)next();
+    TEST_ASSERT_EQUAL(0u, frame.flags);
+}
+
+static void test_the_first_tick_is_a_sample(void) {
+    ticks(11u, 0.0); /* the 1st, 6th and 11th */
+    trip(1u);
+    ticks(1u + (5u * EVENT_AFTER), 0.0);
+    TEST_ASSERT_EQUAL(3u, next().before);
+}
+
+static void test_samples_are_as_many_whole_periods_apart_as_fit_into_5_ms(void) {
+    config.period_us = 1667u; /* three are 5001 us */
+    event_log_init(&log_, &config);
+    trip(1u);
+    ticks(1u + (2u * EVENT_AFTER), 0.0);
+    TEST_ASSERT_EQUAL(3334u, next().step);
+}
+
+/* An arm of eight joints, whose torques differ from joint to joint, and a ring that is not yet full. */
+static void test_every_joint_of_a_sample_is_its_own(void) {
+    config.robot.joint_count = ROBOT_MAX_JOINTS;
+    event_log_init(&log_, &config);
+    for (uint32_t joint = 0; joint < ROBOT_MAX_JOINTS; ++joint) {
+        out.residual[joint] = (num_t)NUM(0.5) * (num_t)(joint + 1u);
+        out.index[joint] = (num_t)NUM(-0.25) * (num_t)(joint + 1u);
+    }
+    trip(1u);
+    for (uint32_t i = 0; i < 1u + (5u * EVENT_AFTER); ++i) {
+        event_log_note(&log_, &out);
+    }
+    TEST_ASSERT_EQUAL(0u, next().before);
+    for (uint32_t i = 0; i < (1u + EVENT_AFTER) * ROBOT_MAX_JOINTS; ++i) {
+        const said_t sample = next();
+        const int32_t joint = (int32_t)(i % ROBOT_MAX_JOINTS);
+        TEST_ASSERT_EQUAL(joint, sample.sample_joint);
+        TEST_ASSERT_EQUAL(50 * (joint + 1), sample.residual);
+        TEST_ASSERT_EQUAL(-25 * (joint + 1), sample.index);
+    }
+}
+
+static void test_a_torque_beyond_the_signal_is_its_end(void) {
+    trip(1u);
+    ticks(1u, 400.0); /* the signal ends at 327.67 Nm */
+    ticks(5u * EVENT_AFTER, 0.0);
+    for (uint32_t i = 0; i < 1u + JOINT; ++i) {
+        (void)next();
+    }
+    const said_t sample = next();
+    TEST_ASSERT_EQUAL(JOINT, sample.sample_joint);
+    TEST_ASSERT_EQUAL(32767, sample.residual);
+    TEST_ASSERT_EQUAL(-32767, sample.index);
+}
+
+static void test_events_take_one_slot_after_the_other_and_are_sent_so(void) {
+    for (uint8_t number = 1; number <= 3u; ++number) {
+        trip(number);
+        ticks(1u + (5u * EVENT_AFTER), 0.0);
+    }
+    uint32_t order[3] = {0};
+    for (uint32_t found = 0; found < 3u;) {
+        const said_t message = next();
+        if (message.part == 0u) {
+            TEST_ASSERT_EQUAL(message.trip - 1u, message.slot);
+            order[found++] = message.slot;
+        }
+    }
+    TEST_ASSERT_EQUAL((order[0] + 1u) % 3u, order[1]);
+    TEST_ASSERT_EQUAL((order[1] + 1u) % 3u, order[2]);
+}
+
+static void test_the_first_frame_comes_in_the_eighth_tick_from_the_last_sample(void) {
+    trip(1u);
+    for (uint32_t i = 0; i < (5u * EVENT_AFTER) + EVENT_FRAME_TICKS - 1u; ++i) {
+        TEST_ASSERT_FALSE(step(0.0));
+    }
+    TEST_ASSERT_TRUE(step(0.0));
+}
+
 static void test_a_slow_guard_takes_a_sample_every_tick(void) {
     config.period_us = 20000u;
     event_log_init(&log_, &config);
@@ -197,6 +279,13 @@ int main(void) {
     RUN_TEST(test_a_trip_soon_after_the_start_has_fewer_samples_before);
     RUN_TEST(test_a_second_trip_within_an_event_belongs_to_it);
     RUN_TEST(test_frames_are_sealed_and_in_the_format_of_the_bus);
+    RUN_TEST(test_a_classic_bus_gets_classic_frames);
+    RUN_TEST(test_the_first_tick_is_a_sample);
+    RUN_TEST(test_samples_are_as_many_whole_periods_apart_as_fit_into_5_ms);
+    RUN_TEST(test_every_joint_of_a_sample_is_its_own);
+    RUN_TEST(test_a_torque_beyond_the_signal_is_its_end);
+    RUN_TEST(test_events_take_one_slot_after_the_other_and_are_sent_so);
+    RUN_TEST(test_the_first_frame_comes_in_the_eighth_tick_from_the_last_sample);
     RUN_TEST(test_a_slow_guard_takes_a_sample_every_tick);
     return UNITY_END();
 }

@@ -50,6 +50,9 @@ static void test_a_residual_beyond_its_bound_is_a_disagreement_in_the_third_tick
         other.residual[i] = AGREE_RESIDUAL - 2;
         assert_disagreement_after(AGREE_TICKS + 1u);
         setUp();
+        own.residual[i] = AGREE_RESIDUAL;
+        TEST_ASSERT_TRUE(step());
+        TEST_ASSERT_EQUAL(0, agree.apart);
         own.residual[i] = AGREE_RESIDUAL + 1;
         assert_disagreement_after(AGREE_TICKS + 1u);
     }
@@ -176,6 +179,59 @@ static void test_ranks_of_the_soft_projector_are_telemetry(void) {
     assert_disagreement_after(AGREE_TICKS + 1u);
 }
 
+static void start_with_ranks_apart(uint32_t period_us) {
+    setUp();
+    own.period_us = period_us;
+    own.hard = true;
+    other = own;
+    other.rank = 5u;
+}
+
+/* 31 times 16,129 us are 499,999 us. */
+static void test_half_a_second_of_other_ranks_counts_from_their_first_tick(void) {
+    start_with_ranks_apart(16129u);
+    other.rank = own.rank;
+    TEST_ASSERT_TRUE(step());
+    other.rank = 5u;
+    assert_disagreement_after(32u);
+}
+
+/* 2^32 us are 72 minutes: no counter of time runs over. */
+static void test_ranks_that_stay_apart_never_agree_again(void) {
+    start_with_ranks_apart(50000u);
+    assert_disagreement_after(10u);
+    for (uint32_t i = 0; i < 90000u; ++i) {
+        TEST_ASSERT_FALSE(step());
+    }
+}
+
+/* 27 times 37,037 us are one microsecond less than a second. */
+static void test_the_wait_for_the_filters_is_a_whole_second(void) {
+    start_with_ranks_apart(37037u);
+    TEST_ASSERT_TRUE(step());
+    other.rank = own.rank;
+    other.index[0][0] = AGREE_INDEX + 1;
+    for (uint32_t i = 0; i < 27u; ++i) {
+        TEST_ASSERT_TRUE(step());
+        TEST_ASSERT_EQUAL(0, agree.apart);
+    }
+    TEST_ASSERT_TRUE(step());
+    TEST_ASSERT_EQUAL(1, agree.apart);
+}
+
+static void test_numbers_that_stay_apart_never_agree_again(void) {
+    agree.apart = UINT32_MAX;
+    other.residual[0] = AGREE_RESIDUAL + 1;
+    TEST_ASSERT_FALSE(step());
+    TEST_ASSERT_FALSE(step());
+}
+
+static void test_a_category_counts_among_stops_only(void) {
+    own.wish = WISH_STOP;
+    own.category = 1u;
+    TEST_ASSERT_EQUAL_PTR(&own, opinion_worse(&own, &other));
+}
+
 static void test_the_worse_wish_applies_and_of_two_equal_ones_the_first(void) {
     TEST_ASSERT_EQUAL_PTR(&own, opinion_worse(&own, &other));
     other.wish = WISH_STOP;
@@ -221,6 +277,11 @@ int main(void) {
     RUN_TEST(test_indexes_are_not_compared_while_a_saturated_value_is_in_the_filters);
     RUN_TEST(test_residuals_are_compared_for_any_ranks);
     RUN_TEST(test_ranks_of_the_soft_projector_are_telemetry);
+    RUN_TEST(test_half_a_second_of_other_ranks_counts_from_their_first_tick);
+    RUN_TEST(test_ranks_that_stay_apart_never_agree_again);
+    RUN_TEST(test_the_wait_for_the_filters_is_a_whole_second);
+    RUN_TEST(test_numbers_that_stay_apart_never_agree_again);
+    RUN_TEST(test_a_category_counts_among_stops_only);
     RUN_TEST(test_the_worse_wish_applies_and_of_two_equal_ones_the_first);
     return UNITY_END();
 }

@@ -116,6 +116,41 @@ static void test_lengths_moments_and_inertias_stay_below_64(void) {
     TEST_ASSERT_EQUAL(17, count);
 }
 
+/* The two links reach 0.95 m. */
+static void test_no_point_of_the_arm_is_60_m_away(void) {
+    robot.tip.x = NUM(59.54);
+    TEST_ASSERT_TRUE(robot_is_valid(&robot));
+    robot.tip.x = NUM(59.56);
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
+    robot.tip.x = NUM(59.04);
+    robot.joint[0].offset.z = NUM(-0.5);
+    TEST_ASSERT_TRUE(robot_is_valid(&robot));
+    robot.joint[0].offset.z = NUM(-0.52);
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
+}
+
+/* In Q9.22 the sum of three such lengths is beyond 32 bits. */
+static void test_lengths_at_the_end_of_the_numbers_are_not_valid(void) {
+    const vec3_t far = {NUM(511.9), NUM(511.9), NUM(511.9)};
+    robot_t other = robot;
+    other.tip = far;
+    TEST_ASSERT_FALSE(robot_is_valid(&other));
+    robot.joint[0].offset = far;
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
+}
+
+static void test_an_arm_without_joints_or_torque_is_not_valid(void) {
+    robot_t other = robot;
+    other.joint_count = 0u;
+    memset(other.joint, 0, sizeof(other.joint));
+    TEST_ASSERT_FALSE(robot_is_valid(&other));
+    robot.joint[1].velocity_max_rad_s = NUM(0.5); /* a slow and weak joint is valid */
+    robot.joint[1].torque_max_nm = NUM(0.5);
+    TEST_ASSERT_TRUE(robot_is_valid(&robot));
+    robot.joint[1].torque_max_nm = NUM(0);
+    TEST_ASSERT_FALSE(robot_is_valid(&robot));
+}
+
 /* Values that are not numbers: NaN and infinity in float, the value without a negative in fixed point. */
 static void test_values_that_are_not_numbers_are_not_valid(void) {
 #ifdef TAUPERP_FIXED
@@ -152,5 +187,8 @@ int main(void) {
     RUN_TEST(test_limits_out_of_order_are_not_valid);
     RUN_TEST(test_lengths_moments_and_inertias_stay_below_64);
     RUN_TEST(test_values_that_are_not_numbers_are_not_valid);
+    RUN_TEST(test_no_point_of_the_arm_is_60_m_away);
+    RUN_TEST(test_lengths_at_the_end_of_the_numbers_are_not_valid);
+    RUN_TEST(test_an_arm_without_joints_or_torque_is_not_valid);
     return UNITY_END();
 }
