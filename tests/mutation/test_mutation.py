@@ -16,7 +16,8 @@ LIST = ROOT / "tests" / "mutation" / "survivors.toml"
 # Every mutant of these files was judged, so that an unlisted survivor is a new finding.
 JUDGED = (
     "wire/", "schedule/", "core/acceleration", "core/bank", "core/detector", "core/observer", "core/sensor",
-    "core/token", "guard/crc32", "guard/guard_reason", "guard/guard_rise", "guard/snapshot",
+    "core/robot", "core/token", "guard/config_filters", "guard/config_parts", "guard/crc32",
+    "guard/event_log", "guard/guard_reason", "guard/guard_rise", "guard/scale", "guard/snapshot",
 )  # fmt: skip
 SAMPLE = 60
 

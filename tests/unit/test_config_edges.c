@@ -109,7 +109,7 @@ static void test_a_debounce_counts_in_microseconds(void) {
     }
 }
 
-/* The last two channels of four; each is watched only if the task says so. */
+/* The last two channels of four; a task watches only the channels that it names. */
 static void test_a_task_watches_channels_that_exist(void) {
     config.bank.channels = BANK_MAX_CHANNELS;
     for (uint32_t c = 1; c < BANK_MAX_CHANNELS; ++c) {

@@ -225,49 +225,6 @@ static void test_the_worst_reaction_is_600_ms(void) {
     TEST_ASSERT_EQUAL(GUARD_TOO_SLOW, judged());
 }
 
-/* --- the watch ---------------------------------------------------------------------------------------------------- */
-
-static config_watch_t watch_from(uint32_t offset) {
-    return (config_watch_t){.offset = offset, .crc = CRC32_START};
-}
-
-static void test_the_watch_reads_sixteen_bytes_a_step(void) {
-    config_watch_t watch;
-    config_watch_start(&watch);
-    const uint32_t first = watch.offset;
-    TEST_ASSERT_TRUE(config_watch_step(&watch, &config));
-    TEST_ASSERT_EQUAL(first + 16u, watch.offset);
-}
-
-static void test_the_watch_sees_a_changed_head_at_once(void) {
-    uint32_t *const head[] = {&config.magic, &config.schema, &config.size};
-    for (uint32_t i = 0; i < 3u; ++i) {
-        config_watch_t watch;
-        config_watch_start(&watch);
-        *head[i] ^= 1u;
-        TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
-        *head[i] ^= 1u;
-        while (watch.offset + 16u < sizeof(config)) {
-            TEST_ASSERT_TRUE(config_watch_step(&watch, &config));
-        }
-        *head[i] ^= 1u; /* in the last step of a round, when the CRC is right */
-        TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
-        *head[i] ^= 1u;
-    }
-}
-
-static void test_a_watch_that_is_out_of_the_block_is_no_watch(void) {
-    const uint32_t covered = offsetof(guard_config_t, numeric);
-    const uint8_t *const bytes = (const uint8_t *)&config;
-    const uint32_t length = (uint32_t)sizeof(config) - covered;
-    config_watch_t watch = {.offset = sizeof(config), .crc = crc32_fold(CRC32_START, &bytes[covered], length)};
-    TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
-    watch = watch_from(sizeof(config) + 16u);
-    TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
-    watch = watch_from(covered - 1u);
-    TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
-}
-
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_period_is_from_250_us_to_50_ms);
@@ -287,8 +244,5 @@ int main(void) {
     RUN_TEST(test_settling_may_leave_exactly_its_bound);
     RUN_TEST(test_a_momentum_gain_is_at_most_500_per_second);
     RUN_TEST(test_the_worst_reaction_is_600_ms);
-    RUN_TEST(test_the_watch_reads_sixteen_bytes_a_step);
-    RUN_TEST(test_the_watch_sees_a_changed_head_at_once);
-    RUN_TEST(test_a_watch_that_is_out_of_the_block_is_no_watch);
     return UNITY_END();
 }

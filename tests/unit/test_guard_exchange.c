@@ -1,5 +1,5 @@
 /* What two guards that decide together exchange (the decision itself: test_guard_two.c): each number of an opinion, the
- * event that comes back from one, and the second channel's part of the StopCommand. */
+ * event that is made from one, and the second channel's part of the StopCommand. */
 #include "core_fixture.h"
 #include "guard_fixture.h"
 
@@ -110,7 +110,7 @@ static void test_a_single_guard_is_alone(void) {
     TEST_ASSERT_EQUAL_HEX32(0xA5u, one.guard.company);
 }
 
-/* A number goes over in 1e-6 Nm and comes back in steps of 0.002 Nm. */
+/* An opinion holds a number in 1e-6 Nm. The event has it in steps of 0.002 Nm. */
 static void test_a_stop_that_one_wishes_stops_both_with_its_event(void) {
     static const int32_t values[] = {12345678, -3501999, 511000000, 12002000};
     static const double heard[] = {12.344, -3.500, 511.0, 12.002};

@@ -77,7 +77,7 @@ static void other_stages(guard_t *self, const task_config_t *task, const snapsho
     stages_step(self, task, snapshot, gap, acceleration);
     ++steps;
     for (uint32_t i = 0; i < self->joints; ++i) {
-        spoil((steps == 2u) ? (60 + (int)i) : -1, &self->observer.residual[i]); /* the first that is looked at */
+        spoil((steps == 2u) ? (60 + (int)i) : -1, &self->observer.residual[i]); /* the first that is checked */
         self->detector.above[i] =
             (wrong == 70 + (int)i) ? (task->detector.debounce_ticks - 1u) : self->detector.above[i];
         self->detector.value_nm[i] = (wrong == 80 + (int)i) ? NUM(0) : self->detector.value_nm[i];
