@@ -6,9 +6,11 @@ set(IMAGE_LINK -nostartfiles -static -Wl,--gc-sections -Wl,--fatal-warnings -Wl,
 set(IMAGE_DEFINITIONS TAUPERP_EMULATOR)
 set(IMAGE_LIBRARIES -Wl,--start-group -lc -lm -lgcc -Wl,--end-group)
 
-# Shipped code is optimised for size, except the projection in float: unrolling its loops along a column gains much time.
-# On the M3 it gains nothing, because each product is a call there. Code for tests and counts only has other options.
-set_source_files_properties("${TAUPERP_FIRMWARE}/core/soft.c" PROPERTIES
+# Shipped code is optimised for size, except in float what has loops along a column or over the joints: unrolling gains
+# much time. On the M3 it gains nothing, because each product is a call there. Code for tests and counts only has other options.
+set(fast soft explained detector index acceleration)
+list(TRANSFORM fast REPLACE "(.+)" "${TAUPERP_FIRMWARE}/core/\\1.c")
+set_source_files_properties(${fast} PROPERTIES
     COMPILE_OPTIONS "$<$<BOOL:$<TARGET_PROPERTY:FAST_PROJECTION>>:-O3>")
 set_source_files_properties("${TAUPERP_FIRMWARE}/core/bidiagonal.c" PROPERTIES
     COMPILE_OPTIONS "$<$<BOOL:$<TARGET_PROPERTY:FAST_PROJECTION>>:-O2>")

@@ -156,9 +156,9 @@ static void look_at_regressor(explained_t *self, const explained_config_t *limit
 static void look_at_residual(explained_t *self, const explained_config_t *limits, uint32_t joints,
                              const observer_t *observer) {
     for (uint32_t i = 0; i < joints; ++i) {
-        const bool before = self->excess != EXPLAINED_NOTHING;
-        hold(self, EXPLAINED_RESIDUAL, num_abs(observer->residual[i]), limits->residual_max_nm[i]);
-        if (!before && (self->excess != EXPLAINED_NOTHING)) {
+        const num_t size = num_abs(observer->residual[i]);
+        if ((self->excess == EXPLAINED_NOTHING) && !(size <= limits->residual_max_nm[i])) {
+            hold(self, EXPLAINED_RESIDUAL, size, limits->residual_max_nm[i]);
             self->joint = i;
         }
     }

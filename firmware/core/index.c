@@ -103,8 +103,8 @@ static uint32_t contact_columns(index_t *self, num_t lever, const index_config_t
 
 static uint32_t count_of(uint32_t bits) {
     uint32_t count = 0;
-    for (uint32_t c = 0; c < INDEX_COMPONENTS; ++c) {
-        count += (bits >> c) & 1u;
+    for (uint32_t rest = bits & INDEX_ALL_COMPONENTS; rest != 0u; rest &= rest - 1u) {
+        ++count;
     }
     return count;
 }

@@ -27,7 +27,7 @@ typedef struct {
 
 typedef void motion_function_t(motion_t *, const robot_t *, const float[], const float[]);
 typedef void index_function_t(index_t *, const subspace_config_t *, const index_config_t *, const robot_t *,
-                              const motion_t *, const observer_t *, const acceleration_t *);
+                              const motion_t *, const observer_t *, const acceleration_t *, const regressor_t *);
 
 enum { SVD, QR, PROJECTIONS };
 static const char *const PROJECTION_NAMES[PROJECTIONS] = {"eigen_svd", "eigen_qr"};
@@ -110,11 +110,13 @@ static void agree_on_index(const char *quantity, index_kind_t kind) {
     static motion_t motion;
     static observer_t observer;
     static index_t ours, theirs;
+    static const regressor_t regressor; /* neither index uses it */
     const uint32_t n = board_config.robot.joint_count;
     const index_config_t row = {.kind = (uint32_t)kind,
                                 .components = (kind == INDEX_CONTACT) ? INDEX_ALL_COMPONENTS : 0u};
     subspace_config_t config = board_config.subspace;
-    config.order = (uint32_t)ORDER_FILTER_FIRST; /* of r, as the peers do */
+    config.order = (uint32_t)ORDER_FILTER_FIRST; /* of r and hard, as the peers do */
+    config.projector = (uint32_t)PROJECTOR_HARD;
     agreement_t agreement[PROJECTIONS] = {{0}};
     random_t random = {SEED};
     bench_state_t state = {0};
@@ -132,9 +134,9 @@ static void agree_on_index(const char *quantity, index_kind_t kind) {
             continue;
         }
         index_init(&ours);
-        index_step(&ours, &config, &row, &board_config.robot, &motion, &observer, &acceleration);
+        index_step(&ours, &config, &row, &board_config.robot, &motion, &observer, &acceleration, &regressor);
         for (uint32_t p = 0; p < PROJECTIONS; ++p) {
-            PROJECTION[p](&theirs, &config, &row, &board_config.robot, &motion, &observer, &acceleration);
+            PROJECTION[p](&theirs, &config, &row, &board_config.robot, &motion, &observer, &acceleration, &regressor);
             compare(&agreement[p], ours.unexplained, theirs.unexplained, observer.residual, n);
         }
     }

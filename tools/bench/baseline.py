@@ -9,6 +9,15 @@ UNJUDGED = ("permitted_ticks", "rank_deficient")  # these depend on the states, 
 
 Counts = dict[str, Any]
 
+# Most instructions that a case may take at worst, by target and numeric type: (case, stage or "") to number.
+BOUNDS: dict[tuple[str, str], dict[tuple[str, str], int]] = {
+    ("m4f", "float"): {
+        ("d_p", ""): 7_500,
+        ("d_e", ""): 8_400,
+        ("d_r", ""): 11_500,
+    },
+}
+
 
 def system() -> str:
     """Distribution and release, which determine the compilers' versions."""
@@ -35,6 +44,16 @@ def grown(now: Counts, before: Counts, place: str) -> list[str]:
                 found.append(f"{where}: {new}, the baseline has {old}")
         elif key not in UNJUDGED and new > old * LIMIT:
             found.append(f"{where}: {new}, the baseline is {old}")
+    return found
+
+
+def beyond_bounds(counts: Counts, target: str, numeric: str) -> list[str]:
+    """Every worst count that is above its bound, with its place."""
+    found: list[str] = []
+    for (case, stage), bound in BOUNDS.get((target, numeric), {}).items():
+        numbers = counts[case]["stages"][stage] if stage else counts[case]
+        if numbers["worst"] > bound:
+            found.append(f"{target}.{numeric}.{case}{'.' + stage if stage else ''}: {numbers['worst']}, above {bound}")
     return found
 
 
@@ -66,6 +85,7 @@ def judge(results: Counts, compilers: dict[str, str], baseline: Counts, here: st
             before = baseline.get(target, {}).get(numeric)
             missing = [f"{target}.{numeric} has no baseline"]
             found = missing if before is None else grown(counts, before, f"{target}.{numeric}")
+            found = found + beyond_bounds(counts, target, numeric)
             verdict.failures += found
             verdict.failed += bool(found)
             verdict.passed += not found

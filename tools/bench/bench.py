@@ -7,7 +7,8 @@ The JSON:
 
     TARGET                        m3 m4f m7 r5f host (x86-64)
       NUMERIC                     float fixed
-        CASE                      none payload contact guard_tick
+        CASE                      none payload contact guard_tick: tasks of the preset `default`
+                                  d_p d_e d_f d_r: with a bank of three second-order channels; d_p_one ...: one channel
           mean worst              instructions
           states rank_deficient   number of counted states, and of those with a basis of lower rank
           stages                  {STAGE: {mean, worst}}

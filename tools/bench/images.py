@@ -111,6 +111,9 @@ def count(target: str, numeric: str, opt: str, joints: int) -> Counts:
     result: Counts = {}
     for program in ("stages", "guard"):
         read_counts(lines_of(target, Path(f"{image}-{program}.elf")), result)
+    for case, numbers in result.items():
+        if isinstance(numbers, dict) and case not in CASES:
+            numbers["stages"] = {}  # their sum is what is compared
     result["flash_bytes"] = flash_bytes(target, Path(f"{image}-image.elf"))
     result["stack_bytes"] = stack_bytes(target, numeric, opt, joints)
     if result["painted_stack_bytes"] > result["stack_bytes"]:

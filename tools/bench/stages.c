@@ -1,10 +1,18 @@
-/* stages: the instructions of each stage of the core, for each task, over random states. */
+/* stages: the instructions of each stage of the core over random states: for each task of the block, and for each index
+ * with a bank of three second-order channels and with a single channel.
+ */
 #include "config.h"
 #include "report.h"
 #include "states.h"
 
 #define STATES 10000u
-#define SEED   20240229u
+/* Of the cases that are not tasks of the block. All states where they take seconds. */
+#if defined(__ARM_FP) && !defined(TAUPERP_FIXED)
+#define INDEX_STATES STATES
+#else
+#define INDEX_STATES 2000u
+#endif
+#define SEED 20240229u
 
 extern const guard_config_t board_config;
 
@@ -35,8 +43,7 @@ typedef struct {
 
 static core_t core;
 
-static void step(const bench_state_t *state, const task_config_t *task, tally_t tally[]) {
-    const guard_config_t *const config = &board_config;
+static void step(const bench_state_t *state, const guard_config_t *config, const task_config_t *task, tally_t tally[]) {
     const robot_t *const robot = &config->robot;
     uint32_t spent[STAGE_COUNT] = {0};
 
@@ -68,7 +75,8 @@ static void step(const bench_state_t *state, const task_config_t *task, tally_t 
     tally_add(&tally[STAGE_TOTAL], spent[STAGE_TOTAL]);
 }
 
-static void count_task(const char *name, const task_config_t *task, uint32_t columns) {
+static void count_task(const char *name, uint32_t states, const guard_config_t *config, const task_config_t *task,
+                       uint32_t columns) {
     tally_t tally[STAGE_COUNT] = {{0}};
     uint32_t deficient = 0;
     random_t random = {SEED};
@@ -81,11 +89,10 @@ static void count_task(const char *name, const task_config_t *task, uint32_t col
     explained_init(&core.explained);
     bank_init(&core.bank);
     detector_init(&core.detector);
-    observer_step(&core.observer, &board_config.observer, board_config.robot.joint_count, &core.motion, state.torque,
-                  0u);
-    for (uint32_t i = 0; i < STATES; ++i) {
-        (void)states_next(&state, &board_config, &random, i);
-        step(&state, task, tally);
+    observer_step(&core.observer, &config->observer, config->robot.joint_count, &core.motion, state.torque, 0u);
+    for (uint32_t i = 0; i < states; ++i) {
+        (void)states_next(&state, config, &random, i);
+        step(&state, config, task, tally);
         deficient += (core.index.rank < columns) ? 1u : 0u;
     }
     for (uint32_t stage = 0; stage < STAGE_COUNT; ++stage) {
@@ -94,10 +101,45 @@ static void count_task(const char *name, const task_config_t *task, uint32_t col
     report_deficient(name, deficient);
 }
 
+typedef struct {
+    const char *name[2]; /* with the bank, with a single channel */
+    index_kind_t kind;
+    uint32_t components;
+    uint32_t columns;
+} case_t;
+
+static void count_index(const case_t *one) {
+    static guard_config_t config;
+    static const uint32_t channels[2] = {3u, 1u};
+    config = board_config;
+    config.regressor.used = (one->kind == INDEX_REGRESSOR) ? 1u : 0u;
+    for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) { /* any stable filter costs the same */
+        config.regressor.low_pass.own[g] = NUM(0.9);
+        config.regressor.low_pass.in[g] = NUM(2);
+    }
+    task_config_t *const task = &config.task[TASK_CONTACT];
+    task->index.kind = (uint32_t)one->kind;
+    task->index.components = one->components;
+    task->index.fast = 0;
+    for (uint32_t i = 0; i < 2u; ++i) {
+        config.bank.channels = channels[i];
+        task->detector.channels = (1u << channels[i]) - 1u;
+        count_task(one->name[i], INDEX_STATES, &config, task, one->columns);
+    }
+}
+
 int main(void) {
+    static const case_t cases[] = {{{"d_p", "d_p_one"}, INDEX_PAYLOAD, 0u, 5u},
+                                   {{"d_e", "d_e_one"}, INDEX_CONTACT, INDEX_ALL_COMPONENTS, 6u},
+                                   {{"d_f", "d_f_one"}, INDEX_CONTACT, 0x7u, 3u}, /* three forces */
+                                   {{"d_r", "d_r_one"}, INDEX_REGRESSOR, 0u, REGRESSOR_COLUMNS}};
+    const guard_config_t *const config = &board_config;
     stretch_init();
-    count_task("none", &board_config.task[TASK_NONE], 0u);
-    count_task("payload", &board_config.task[TASK_PAYLOAD], 5u);
-    count_task("contact", &board_config.task[TASK_CONTACT], 6u);
+    count_task("none", STATES, config, &config->task[TASK_NONE], 0u);
+    count_task("payload", STATES, config, &config->task[TASK_PAYLOAD], 5u);
+    count_task("contact", STATES, config, &config->task[TASK_CONTACT], 6u);
+    for (uint32_t i = 0; i < (sizeof(cases) / sizeof(cases[0])); ++i) {
+        count_index(&cases[i]);
+    }
     return 0;
 }

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+INDEXES = ("d_p", "d_e", "d_f", "d_r")
 CASES = ("none", "payload", "contact", "guard_tick")
 LABEL, CELL = 20, 15
 
@@ -29,6 +30,9 @@ def ours_text(target: str, numeric: str, counts: Counts) -> list[str]:
     for stage in dict.fromkeys(stage for case in CASES for stage in counts[case]["stages"]):
         lines.append(row(f"  {stage}", [pair(counts[case]["stages"].get(stage)) for case in CASES]))
     lines.append(row("  of lower rank", [str(counts[case]["rank_deficient"]) for case in CASES]))
+    lines.append(row("", list(INDEXES)))
+    for label, suffix in (("  bank of three", ""), ("  one channel", "_one")):
+        lines.append(row(label, [pair(counts[index + suffix]) for index in INDEXES]))
     lines.append(
         f"  flash {counts['flash_bytes']} bytes, guard_t {counts['guard_bytes']}, "
         f"stack {counts['stack_bytes']} ({counts['painted_stack_bytes']} touched)"
