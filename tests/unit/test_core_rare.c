@@ -1,5 +1,6 @@
-/* Cases of the core that hardly any matrix or motion reaches. Intrusive: bidiagonal.c is included, so that its steps
- * can be called with the state in which they matter. */
+/* Cases of the core that hardly any matrix or motion reaches. Intrusive: bidiagonal.c and sight.c are included, so that
+ * their steps can be called with the state in which they matter. */
+#include "detector.h"
 #include "explained.h"
 #include "jacobi.h"
 #include "lever.h"
@@ -13,6 +14,10 @@
 #undef BIDIAGONAL_MAX_SWEEPS
 #define BIDIAGONAL_MAX_SWEEPS 1u
 #include "../../firmware/core/bidiagonal.c"
+
+#define sight_init included_sight_init
+#define sight_step included_sight_step
+#include "../../firmware/core/sight.c"
 
 #include "core_fixture.h"
 #include "robots.h"
@@ -151,6 +156,60 @@ static void test_a_shifted_rotation_of_a_row_that_begins_with_zero_is_none(void)
     TEST_ASSERT_TRUE(rotation.sin == 0);
 }
 
+static void test_channels_beyond_the_last_one_are_not_used(void) {
+    bank_config_t config = {.channels = BANK_MAX_CHANNELS + 1u};
+    detector_config_t task = {.channels = 0x1Fu, .debounce_ticks = 1u};
+    const num_t one[ROBOT_MAX_JOINTS] = {NUM(1)};
+    bank_t bank;
+    detector_t detector;
+    for (uint32_t c = 0; c < BANK_MAX_CHANNELS; ++c) {
+        config.channel[c].in[0] = NUM(1);
+        task.threshold_nm[c][0] = NUM(0.5);
+    }
+    bank_init(&bank);
+    detector_init(&detector);
+    bank_step(&bank, &config, 1u, 1u, one, one, 1u);
+    detector_step(&detector, &task, 1u, &bank);
+    TEST_ASSERT_TRUE(detector.channel[0] < BANK_MAX_CHANNELS);
+    TEST_ASSERT_TRUE(detector.tripped);
+}
+
+static void test_a_joint_moves_the_same_whatever_shortcut_its_twist_and_offset_allow(void) {
+    const num_t rest[ROBOT_MAX_JOINTS] = {NUM(0)};
+    for (uint32_t axis = 0; axis < 3u; ++axis) {
+        robot_t robot = robot_ku_dex;
+        motion_t motion;
+        robot.joint[1].offset = (vec3_t){.x = (axis == 0u) ? NUM(0.5) : NUM(0),
+                                         .y = (axis == 1u) ? NUM(0.5) : NUM(0),
+                                         .z = (axis == 2u) ? NUM(0.5) : NUM(0)};
+        robot.joint[1].cos_twist = NUM(0);
+        robot.joint[1].sin_twist = NUM(-1);
+        motion_init(&motion);
+        motion_step(&motion, &robot, rest, rest);
+        TEST_ASSERT_TRUE(num_finite(motion.gravity[0]));
+    }
+}
+
+static void test_a_force_counts_in_a_watched_channel_of_what_is_unexplained_alone(void) {
+    const sight_config_t config = {.force_n = NUM(100)};
+    const num_t per_newton[ROBOT_MAX_JOINTS] = {NUM(0.5)};
+    bank_config_t bank = {.channels = BANK_MAX_CHANNELS + 1u};
+    detector_config_t task = {.channels = 1u};
+    for (uint32_t c = 0; c < BANK_MAX_CHANNELS; ++c) {
+        bank.channel[c].of = CHANNEL_UNEXPLAINED;
+        task.threshold_nm[c][0] = NUM(1);
+    }
+    TEST_ASSERT_TRUE(is_seen(&config, 1u, &bank, &task, per_newton));
+    task.channels = 0u;
+    TEST_ASSERT_FALSE(is_seen(&config, 1u, &bank, &task, per_newton));
+    task.channels = 1u;
+    bank.channel[0].high_pass[0] = NUM(0.01);
+    TEST_ASSERT_FALSE(is_seen(&config, 1u, &bank, &task, per_newton));
+    bank.channel[0].high_pass[0] = NUM(0);
+    bank.channel[0].of = CHANNEL_SUDDEN;
+    TEST_ASSERT_FALSE(is_seen(&config, 1u, &bank, &task, per_newton));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_late_sweep_has_no_shift_where_a_small_row_stands_before_a_large_last_one);
@@ -164,5 +223,8 @@ int main(void) {
     RUN_TEST(test_an_inner_product_larger_than_its_vectors_is_not_orthogonal);
     RUN_TEST(test_vectors_at_right_angles_need_no_rotation);
     RUN_TEST(test_a_shifted_rotation_of_a_row_that_begins_with_zero_is_none);
+    RUN_TEST(test_channels_beyond_the_last_one_are_not_used);
+    RUN_TEST(test_a_joint_moves_the_same_whatever_shortcut_its_twist_and_offset_allow);
+    RUN_TEST(test_a_force_counts_in_a_watched_channel_of_what_is_unexplained_alone);
     return UNITY_END();
 }

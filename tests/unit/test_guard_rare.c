@@ -214,6 +214,33 @@ static void test_a_task_that_does_not_exist_has_no_columns(void) {
     TEST_ASSERT_TRUE(stages_complete(guard));
 }
 
+static void test_a_reading_refused_after_a_collision_is_no_new_trip(void) {
+    static const guard_reason_t passing[] = {GUARD_REASON_INPUT_RANGE, GUARD_REASON_IMPLAUSIBLE,
+                                             GUARD_REASON_OBSERVER_RESTART};
+    run_until_permitted(&bench);
+    push(&bench, 2u, 1500);
+    cycles(&bench, 50u);
+    assert_stopped(&bench, GUARD_REASON_COLLISION, 3u);
+    for (size_t i = 0; i < sizeof(passing) / sizeof(passing[0]); ++i) {
+        guard_trip(guard, passing[i]);
+        cycle(&bench);
+        TEST_ASSERT_EQUAL(1, bench.out.trip_number);
+    }
+}
+
+static void test_clocks_of_a_long_period_are_compared_after_sixteen_cycles(void) {
+    run_until_permitted(&bench);
+    bench.config.period_us = 8000u;
+    guard->inputs.window_started = false;
+    guard->inputs.clocks_agree = false;
+    for (uint32_t i = 0; i < 17u; ++i) {
+        ++bench.cycle;
+        bench.now_us += bench.config.period_us;
+        receive(&bench, sync_frame(&bench));
+    }
+    TEST_ASSERT_TRUE(guard->inputs.clocks_agree);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_an_input_that_cannot_be_trusted_comes_before_a_collision);
@@ -231,5 +258,7 @@ int main(void) {
     RUN_TEST(test_a_search_for_the_contact_begins_with_every_reason_that_is_one);
     RUN_TEST(test_the_time_for_which_an_index_rises_stays_at_its_end);
     RUN_TEST(test_a_task_that_does_not_exist_has_no_columns);
+    RUN_TEST(test_a_reading_refused_after_a_collision_is_no_new_trip);
+    RUN_TEST(test_clocks_of_a_long_period_are_compared_after_sixteen_cycles);
     return UNITY_END();
 }
