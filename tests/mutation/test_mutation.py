@@ -55,7 +55,10 @@ def test_constant_expressions_are_not_mutated() -> None:
 def test_a_mutant_is_selected_at_run_time(tmp_path: Path, is_active: bool, result: int) -> None:
     text, keys = instrumented("int f(int a, int b) { return a * b; }")
     number = 1 + keys.index("a.c:f: a * b -> a / b #1")
-    globals_ = "int mutant_active; unsigned long long mutant_steps, mutant_limit; void mutant_hangs(void) {}\n"
+    globals_ = (
+        "int mutant_active; unsigned char mutant_reached[99];\n"
+        "unsigned long long mutant_steps, mutant_limit; void mutant_hangs(void) {}\n"
+    )
     main = f"int main(int n, char **v) {{ mutant_active = (n > 1) ? {number} : 0; return f(6, 2); }}\n"
     (tmp_path / "a.c").write_text(globals_ + text + main)
     subprocess.run(["gcc", "-include", ROOT / "tools/mutate/mutant.h", "a.c", "-o", "a"], cwd=tmp_path, check=True)
