@@ -9,6 +9,7 @@
 #include "guard_reason.c"
 #include "guard_supervise.c"
 #include "guard_verdict.c"
+#include "opinion.c"
 #include "snapshot.c"
 #include "values.c"
 
@@ -142,6 +143,15 @@ guard_status_t config_check(const guard_config_t *config) {
     return status;
 }
 
+/* proof_guard_opinion.c */
+guard_event_t opinion_event(const opinion_t *opinion) {
+    guard_event_t event;
+    event.reason = (guard_reason_t)opinion->reason;
+    event.joint = opinion->joint;
+    event.category = opinion->category;
+    return event;
+}
+
 void proof_tick(void) {
     guard_t guard;
     guard_output_t out;
@@ -218,6 +228,40 @@ void proof_trip_latches(void) {
         HOLDS(guard.acknowledged, "no permission without a reset since the start");
     }
     HOLDS(!guard.inputs.edge, "an edge is for one tick");
+    REACHED;
+}
+
+/* One of two channels: it permits only what both want, and a disagreement is FAULT. */
+void proof_decide(void) {
+    guard_t guard;
+    guard_finding_t finding;
+    opinion_t own, other;
+    guard_output_t out;
+    uint64_t now_us;
+    any_guard(&guard);
+    ASSUME((finding.wish >= WISH_FAULT) && (finding.wish <= WISH_GO_ON) && (other.wish <= (uint8_t)WISH_GO_ON));
+    ASSUME((finding.missing >= INPUT_NONE) && (finding.missing < INPUT_COUNT));
+    ASSUME(own.wish == (uint8_t)finding.wish); /* proof_tell */
+    const uint32_t before = guard.state;
+    const bool edge = guard.inputs.edge;
+    const uint8_t requested = guard.inputs.requested_trip;
+    const uint8_t number = guard.trip.number;
+    guard_decide(&guard, now_us, &finding, &own, &other, &out);
+    HOLDS(!out.permitted || (guard.state == (uint32_t)GUARD_STATE_MONITORING), "permission implies MONITORING");
+    HOLDS(!out.permitted || ((finding.wish == WISH_GO_ON) && (other.wish == (uint8_t)WISH_GO_ON)), "both continue");
+    HOLDS(!out.permitted || ((own.trip_number == other.trip_number) && (own.task == other.task)), "both agree");
+    HOLDS((own.trip_number == other.trip_number) || (guard.state == (uint32_t)GUARD_STATE_FAULT),
+          "a disagreement is FAULT");
+    HOLDS((before != (uint32_t)GUARD_STATE_FAULT) || (guard.state == before), "FAULT is not left");
+    if ((before != (uint32_t)GUARD_STATE_MONITORING) && (guard.state == (uint32_t)GUARD_STATE_MONITORING)) {
+        HOLDS(finding.fresh && other.fresh && finding.healthy && other.healthy, "only if both are ready");
+        HOLDS(guard.acknowledged, "no permission without a reset since the start");
+    }
+    if ((before == (uint32_t)GUARD_STATE_STOPPED) && (guard.state != before)) {
+        HOLDS((guard.state == (uint32_t)GUARD_STATE_FAULT) || (edge && (requested == number)),
+              "only by a reset that names the trip");
+    }
+    HOLDS(guard_is_sound(&guard), "the guard stays sound");
     REACHED;
 }
 
