@@ -241,6 +241,20 @@ static void test_clocks_of_a_long_period_are_compared_after_sixteen_cycles(void)
     TEST_ASSERT_TRUE(guard->inputs.clocks_agree);
 }
 
+static void test_a_guard_that_waits_does_not_permit_while_something_is_tripped(void) {
+    for (uint32_t i = 0; i < 2u; ++i) {
+        setUp();
+        run_until(&bench, GUARD_REASON_AWAITING_RESET);
+        guard->detector.tripped = i == 0u;
+        guard->explained.tripped = i == 1u;
+        guard_trip(guard, GUARD_REASON_INPUT_RANGE);
+        next_cycle(&bench);
+        tick(&bench);
+        TEST_ASSERT_FALSE(bench.out.permitted);
+        TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_an_input_that_cannot_be_trusted_comes_before_a_collision);
@@ -260,5 +274,6 @@ int main(void) {
     RUN_TEST(test_a_task_that_does_not_exist_has_no_columns);
     RUN_TEST(test_a_reading_refused_after_a_collision_is_no_new_trip);
     RUN_TEST(test_clocks_of_a_long_period_are_compared_after_sixteen_cycles);
+    RUN_TEST(test_a_guard_that_waits_does_not_permit_while_something_is_tripped);
     return UNITY_END();
 }
