@@ -62,7 +62,7 @@ def test_cantools_decodes_candumps_lines(dumped: tuple[Path, Robot]) -> None:
         decoded = run_with("cantools", "decode", "--single-line", str(dbc_path()), stdin=file)
     lines = decoded.splitlines()
     assert len(lines) == len(path.read_text().splitlines())
-    assert [line for line in lines if "Unknown" in line or "failed" in line or "::" not in line] == []
+    assert [line for line in lines if "Unknown frame id" in line or "failed" in line or "::" not in line] == []
     assert sum("StopCommand(" in line for line in lines) == robot.cycle + 1
     assert "Reason: None" in decoded
     assert "Reason: Shutdown" in lines[-2]

@@ -241,7 +241,7 @@ def test_in_real_time_every_missed_cycle_is_counted(scenario: Scenario) -> None:
     assert kept["late_cycles"] >= 2
     assert kept["skipped_periods"] >= 8
     assert kept["largest_lateness_us"] >= 4 * PERIOD_US
-    assert kept["largest_lateness_us"] >= kept["p99_lateness_us"] > 0
+    assert kept["largest_lateness_us"] >= kept["p99_lateness_us"] >= 0
     assert kept["permission_not_in_time"] == 0  # the library's guard has always answered
     assert took_s >= (kept["cycles"] - 1 + 8) * PERIOD_S
     assert kept["times_slower_than_real"] >= 1.0

@@ -22,9 +22,9 @@ static void test_every_raw_number_has_its_value(void) {
     }
 }
 
-#ifdef TAUPERP_FIXED
-/* 3 and 5 times 2^-1 of a step. */
+/* 3 and 5 times 2^-1 of a step. float32 has no such steps. */
 static void test_half_a_step_is_rounded_away_from_zero(void) {
+#ifdef TAUPERP_FIXED
     const scale_t half = {.multiplier = 1, .shift = 1u, .per_unit = 100};
     TEST_ASSERT_EQUAL_INT32(2, scale_to_num(3, half));
     TEST_ASSERT_EQUAL_INT32(3, scale_to_num(5, half));
@@ -32,8 +32,8 @@ static void test_half_a_step_is_rounded_away_from_zero(void) {
     TEST_ASSERT_EQUAL_INT32(-3, scale_to_num(-5, half));
     TEST_ASSERT_EQUAL_INT32(2, scale_to_num(4, half));
     TEST_ASSERT_EQUAL_INT32(0, scale_to_num(0, half));
-}
 #endif
+}
 
 static int32_t raw_of(double value) {
     return scale_to_raw(num_of(value), PROTOCOL_JOINT_STATE_TORQUE_SCALE, -3000, 2000);
@@ -70,9 +70,7 @@ static void test_a_value_beyond_the_signal_is_its_end(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_every_raw_number_has_its_value);
-#ifdef TAUPERP_FIXED
     RUN_TEST(test_half_a_step_is_rounded_away_from_zero);
-#endif
     RUN_TEST(test_a_value_is_the_nearest_raw_number);
     RUN_TEST(test_half_a_raw_number_is_rounded_away_from_zero);
     RUN_TEST(test_a_value_beyond_the_signal_is_its_end);
