@@ -25,8 +25,13 @@ from tauperp.run.scenario import Scenario, load_scenario, shipped
 from tauperp.run.trace import Trace
 from tauperp.run.virtual import LockstepBus
 from tauperp.sim.moment import Watch
+from tauperp.sim.sensors import SensorPreset
 
 EXPERIMENTS = ("payload", "contact")
+OWN_ROBOT = "ku_dex"  # of both
+PUBLISHED = (
+    "guard and sensors are `paper`: with real sensors (--sensors) this arm needs calibrated thresholds (--config)"
+)
 FREE_INDEX_LIMIT_NM = 0.5  # an experiment's verdict: no more than this without a collision
 CARRYING_S = 0.05  # of real time, for a bus that is not in this process to carry one cycle's frames
 
@@ -82,14 +87,31 @@ def load_experiment(
     rate_hz: float | None = None,
     mass_kg: float | None = None,
     chain: Mapping[str, Any] | None = None,
+    config: str | Path | None = None,
+    sensors: SensorPreset | None = None,
 ) -> Scenario:
     """One of EXPERIMENTS, as load_scenario; for another arm than the paper's it is fitted to that arm.
 
-    Raises InputError also for an experiment that the arm cannot do.
+    The preset `default` needs calibrated thresholds there. Another arm therefore has the published guard and sensors,
+    unless `config` or `sensors` is given. Raises InputError also for an experiment that the arm cannot do.
     """
+    other = robot is not None and (robot.name if isinstance(robot, Robot) else str(robot)) != OWN_ROBOT
+    published = other and config is None and sensors is None
+    if published:
+        config, sensors = "paper", "paper"
     scenario = load_scenario(
-        shipped(name), robot=robot, seed=seed, rate_hz=rate_hz, mass_kg=mass_kg, last_link=True, chain=chain
+        shipped(name),
+        robot=robot,
+        seed=seed,
+        rate_hz=rate_hz,
+        mass_kg=mass_kg,
+        last_link=True,
+        chain=chain,
+        config=config,
+        sensors=sensors,
     )
+    if published:
+        scenario = replace(scenario, notes=(*scenario.notes, PUBLISHED))
     return scenario if robot is None else fitted(scenario)
 
 

@@ -10,6 +10,7 @@ from tauperp.bus import DEFAULT_INTERFACE, add_bus_arguments, open_bus, refuse_b
 from tauperp.errors import InputError
 from tauperp.experiment import Setup
 from tauperp.run.pace import Patience
+from tauperp.sim.sensors import SENSOR_PRESETS
 
 GUARD_HELP = """On a named bus the guard is the node that answers (exit code 2 if none does). Without a bus, or on
 python-can's virtual bus, the guard is the firmware's library in this process."""
@@ -24,6 +25,18 @@ def _seconds(text: str) -> float:
 
 
 _seconds.__name__ = "number of seconds"  # as argparse calls it
+
+
+def add_installation_arguments(parser: argparse.ArgumentParser) -> None:
+    """The guard's configuration and the robot's sensors."""
+    parser.add_argument(
+        "--config", metavar="NAME", help="preset or TOML file of the guard's configuration, instead of the scenario's"
+    )
+    parser.add_argument(
+        "--sensors",
+        choices=tuple(SENSOR_PRESETS),
+        help="simulated joint sensors, instead of the scenario's (paper: less noise than real ones)",
+    )
 
 
 def add_playing_arguments(parser: argparse.ArgumentParser) -> None:

@@ -226,9 +226,10 @@ def _beside(path: Path, name: str, known: Any) -> str:
 def _sensor_model(given: dict[str, float | int] | str, path: Path) -> SensorModel:
     """A preset by its name, or a table of errors over ideal sensors."""
     if isinstance(given, str):
-        if given not in SENSOR_PRESETS:
+        found = next((model for name, model in SENSOR_PRESETS.items() if name == given), None)
+        if found is None:
             raise InputError(f"{path}: sensors: {given!r} is unknown (there are {', '.join(SENSOR_PRESETS)})")
-        return SENSOR_PRESETS[given]
+        return found
     for name, value in given.items():
         if name not in SensorModel.__dataclass_fields__:
             raise InputError(f"{path}: sensors.{name}: unknown key")

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from tauperp.experiment import run_scenario
-from tauperp.playing import GUARD_HELP, add_playing_arguments, setup_of
+from tauperp.playing import GUARD_HELP, add_installation_arguments, add_playing_arguments, setup_of
 from tauperp.replay.recorder import bus_recorder
 from tauperp.robot.options import add_robot_arguments, chain_of, say_warnings
 from tauperp.run.scenario import load_scenario, shipped
@@ -22,6 +22,7 @@ a sensor fault. {GUARD_HELP}"""
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="TOML file, or the name of a shipped scenario")
     add_robot_arguments(parser, "the scenario's")
+    add_installation_arguments(parser)
     parser.add_argument(
         "--seed", type=int, metavar="N", help="random seed of sensors and model errors, instead of the scenario's"
     )
@@ -38,7 +39,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     path = args.scenario if Path(args.scenario).suffix == ".toml" else shipped(args.scenario)
-    scenario = load_scenario(path, robot=args.robot, seed=args.seed, chain=chain_of(args))
+    scenario = load_scenario(
+        path, robot=args.robot, seed=args.seed, chain=chain_of(args), config=args.config, sensors=args.sensors
+    )
     say_warnings(scenario.robot)
     fd = scenario.configuration.settings.wire.format == "fd"
     setup = setup_of(args, fd=fd)

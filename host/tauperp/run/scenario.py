@@ -36,7 +36,7 @@ from tauperp.sim.control import ImpedanceGains
 from tauperp.sim.guiding import GuidingForce
 from tauperp.sim.motion import Recovery
 from tauperp.sim.rotor import with_rotors
-from tauperp.sim.sensors import SensorFault, SensorModel
+from tauperp.sim.sensors import SENSOR_PRESETS, SensorFault, SensorModel, SensorPreset
 from tauperp.sim.trajectory import Limits
 from tauperp.toml import read_toml, validate
 
@@ -95,6 +95,8 @@ def load_scenario(
     mass_kg: float | None = None,
     last_link: bool = False,
     chain: Mapping[str, Any] | None = None,
+    config: str | Path | None = None,
+    sensors: SensorPreset | None = None,
 ) -> Scenario:
     """Read and check a scenario file; the arguments take precedence over the file.
 
@@ -102,7 +104,8 @@ def load_scenario(
     file does not give is estimated. `last_link`: a strike on a link that the arm does not have goes to its last one.
     `rate_hz` takes the frame format that belongs to it: classic CAN up to 500 Hz, CAN FD above. `mass_kg` scales all
     payloads so that the heaviest has it. `chain` is the part of the robot's file that is the arm, as for
-    load_configuration. Raises InputError: one line with the file and the key's place.
+    load_configuration. `config` is a preset or a file of the guard's configuration, `sensors` are
+    simulated instead of the scenario's. Raises InputError: one line with the file and the key's place.
     """
     path = Path(path)
     table = validate(ScenarioTable, read_toml(path), path)
@@ -111,7 +114,7 @@ def load_scenario(
     if rate_hz is not None:
         guard["wire"] = {"rate_hz": rate_hz, "format": "classic" if rate_hz <= 500 else "fd"}
     configuration = load_configuration(
-        _beside(path, table.config, preset_names()),
+        config if config is not None else _beside(path, table.config, preset_names()),
         robot=robot if robot is not None else _beside(path, table.robot, ()),
         overrides=guard,
         chain=chain,
@@ -137,7 +140,7 @@ def load_scenario(
         limits=Limits(**table.limits.model_dump()),
         impedance=ImpedanceGains(**table.impedance.model_dump()),
         recovery=Recovery(**table.recovery.model_dump()),
-        sensors=SensorModel(**table.sensors.model_dump()),
+        sensors=table.sensors.model if sensors is None else SENSOR_PRESETS[sensors],
         faults=tuple(SensorFault(**one.model_dump()) for one in table.fault),
         model_error=table.plant.model_error,
         substeps=table.plant.substeps,

@@ -3,6 +3,7 @@
 tauperp.run.scenario reads them, and tauperp.run.describe writes docs/scenario.md from them.
 """
 
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
@@ -13,7 +14,7 @@ from tauperp.sim.contact import Strike
 from tauperp.sim.control import ImpedanceGains
 from tauperp.sim.guiding import GuidingForce
 from tauperp.sim.motion import Recovery
-from tauperp.sim.sensors import FaultKind, SensorFault, SensorModel
+from tauperp.sim.sensors import SENSOR_PRESETS, FaultKind, SensorFault, SensorModel, SensorPreset
 from tauperp.sim.trajectory import Limits
 from tauperp.toml import Table
 
@@ -147,6 +148,8 @@ class PointTable(Described):
 class SensorTable(Described):
     """Errors of the joint sensors, drawn once per run from the seed."""
 
+    preset: SensorPreset = "ideal"
+    """Sensors with the values of the keys that this table lacks."""
     torque_noise_nm: NotNegative = SensorModel.torque_noise_nm
     """Standard deviation, Nm."""
     torque_offset_nm: NotNegative = SensorModel.torque_offset_nm
@@ -169,6 +172,11 @@ class SensorTable(Described):
     """Largest Coulomb friction between sensor and link, Nm."""
     delay_cycles: int = Field(default=SensorModel.delay_cycles, ge=0, le=100)
     """Age of a reading when it is sent, cycles."""
+
+    @property
+    def model(self) -> SensorModel:
+        """The preset with this table's keys."""
+        return replace(SENSOR_PRESETS[self.preset], **self.model_dump(include=self.model_fields_set - {"preset"}))
 
 
 class FaultTable(Described):

@@ -42,9 +42,17 @@ FRICTION_RAD_S = 0.01  # velocity at which the friction has reached three quarte
 # Errors as real arms show them. Velocity noise is that of the reported joint velocity: Panda 2.7 to 3.8 mrad/s, Rokae
 # xMate 1.1 to 1.9, Kinova Gen3 0.95 to 4.4; torque noise 0.01 to 0.08 Nm in steps of 0.03 to 0.05 Nm; Coulomb friction
 # left in a link-side sensor 0.13 to 0.65 Nm. Offsets and friction are those that remain after `tauperp calibrate`.
-# `harsh` has more of everything but the velocity noise.
-SENSOR_PRESETS: dict[str, SensorModel] = {
+# `harsh` has more of everything but the velocity noise. `paper` is better than real sensors: it has
+# no velocity noise.
+SensorPreset = Literal["ideal", "paper", "harsh", "panda", "xmate", "gen3"]
+SENSOR_PRESETS: dict[SensorPreset, SensorModel] = {
     "ideal": SensorModel(),
+    "paper": SensorModel(
+        torque_noise_nm=0.05,
+        torque_offset_nm=0.05,
+        torque_gain_error=0.005,
+        torque_ripple_nm=0.05,
+    ),
     "harsh": SensorModel(
         torque_noise_nm=0.08,
         torque_offset_nm=0.15,
