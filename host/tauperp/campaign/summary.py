@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tauperp.campaign.contact import contact_summary
-from tauperp.firmware import Reason
+from tauperp.firmware import DETECTION_REASONS, Reason
 from tauperp.intervals import poisson, quantile, wilson
 from tauperp.kernel import layout
 from tauperp.kernel.bench import Rows
@@ -17,15 +17,6 @@ LATE_S = 0.1  # after the end of a push a stop no longer counts as found
 FORCE_EDGES_N = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0, math.inf)
 PAYLOAD_EDGES_KG = (0.0, 0.5, 1.0, 2.0, 3.0, math.inf)
 ROC_POINTS = 200
-
-# Stops because of a computed value. All others are because of an input.
-DETECTION = (
-    Reason.COLLISION,
-    Reason.SUDDEN,
-    Reason.EXPLAINED_FORCE,
-    Reason.EXPLAINED_MOMENT,
-    Reason.RESIDUAL_LIMIT,
-)
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -44,7 +35,7 @@ def found_in_time(rows: Rows, delay_s: npt.NDArray[np.float64]) -> BoolArray:
 
 def guard_delay(rows: Rows) -> npt.NDArray[np.float64]:
     """From the onset to the stop, s; NaN without one. A stop because of an input finds nothing."""
-    found = np.isin(rows["reason"], DETECTION)
+    found = np.isin(rows["reason"], DETECTION_REASONS)
     result: npt.NDArray[np.float64] = np.where(found, rows["stop_s"] - rows["onset_s"], np.nan)
     return result
 
@@ -176,7 +167,7 @@ def summarise(task: str, free: Rows, all_hits: Rows, names: list[str], threshold
             if (hits["push"] == number).any()
         ],
         "heat_map": _heat_map(hits, links),
-        "contact": contact_summary(hits[np.isin(reasons, DETECTION) & stopped]),
+        "contact": contact_summary(hits[np.isin(reasons, DETECTION_REASONS) & stopped]),
         "detectors": [
             {**_compared(free, hits, k, name, thresholds[k]), "roc": roc(free, hits, k)} for k, name in enumerate(names)
         ],

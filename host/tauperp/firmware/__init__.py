@@ -12,11 +12,12 @@ Both call the shared library that `make library` builds; nothing of the mathemat
 """
 
 from tauperp.firmware.core import Core, CoreTrip, Projection, Step, Terms
-from tauperp.firmware.guard import Guard, Reason, Start, State, Variant, Verdict, reaction_us
+from tauperp.firmware.guard import DETECTION_REASONS, Guard, Reason, Start, State, Variant, Verdict, reaction_us
 from tauperp.firmware.library import Library, load_library
 from tauperp.firmware.schedule import Schedule
 
 __all__ = [
+    "DETECTION_REASONS",
     "Core",
     "CoreTrip",
     "Guard",

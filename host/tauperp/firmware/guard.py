@@ -43,6 +43,15 @@ _REFUSALS = {
 }  # guard_status_t, from GUARD_BAD_MAGIC on
 _GUARD_OK = 1
 
+# Reasons of a stop that is due to a computed value. All others are due to an input, or to the guard itself.
+DETECTION_REASONS = (
+    Reason.COLLISION,
+    Reason.SUDDEN,
+    Reason.EXPLAINED_FORCE,
+    Reason.EXPLAINED_MOMENT,
+    Reason.RESIDUAL_LIMIT,
+)
+
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Verdict:

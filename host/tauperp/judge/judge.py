@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauperp.config import TASKS
-from tauperp.firmware import Guard, Reason
+from tauperp.firmware import DETECTION_REASONS, Guard, Reason
 from tauperp.judge.result import (
     NOT_TESTED,
     Cause,
@@ -44,14 +44,8 @@ from tauperp.words import spoken
 TIME_DIGITS, TORQUE_DIGITS, FORCE_DIGITS = 6, 4, 2  # of results
 SETTLE_GAINS = 5.0  # times 1 / K
 FAULT_AFTERMATH_S = 1.0  # s; a stop this long after wrong or missing frames still counts as caused by them
-DETECTIONS = (
-    Reason.COLLISION,
-    Reason.EXPLAINED_FORCE,
-    Reason.EXPLAINED_MOMENT,
-    Reason.RESIDUAL_LIMIT,
-    Reason.SUDDEN,
-    Reason.INPUT_RANGE,
-)
+# Reasons with which a collision can stop the robot: a hard one can carry a reading out of its range.
+DETECTIONS = (*DETECTION_REASONS, Reason.INPUT_RANGE)
 
 
 def judge(scenario: Scenario, trace: Trace, guard: Guard | Telling) -> Judgement:

@@ -13,20 +13,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tauperp.firmware import Reason
+from tauperp.firmware import DETECTION_REASONS, Reason
 from tauperp.recording.playback import Playback, Trip
 from tauperp.recording.recording import FloatArray, Touch
 
 FOUND_GOAL = 0.9  # share of the labelled touches
 TESTED_GOAL = 0.5  # share of the untouched time with permission, below which a recording counts as not tested
 AFTER_TOUCH_S = 0.2  # in which the index decreases again
-CONTACT = (
-    Reason.COLLISION,
-    Reason.SUDDEN,
-    Reason.EXPLAINED_FORCE,
-    Reason.EXPLAINED_MOMENT,
-    Reason.RESIDUAL_LIMIT,
-)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -139,7 +132,7 @@ def score(playback: Playback) -> Score:
     first: dict[Touch, Trip] = {}
     alarms = []
     for trip in playback.trips:
-        if trip.reason not in CONTACT:
+        if trip.reason not in DETECTION_REASONS:
             continue
         touch = recording.touch_at(trip.row)
         if touch is None:
@@ -159,7 +152,7 @@ def score(playback: Playback) -> Score:
         missed=missed,
         untested=tuple(one for touch in missed if (one := _untested(playback, touch)) is not None),
         alarms=tuple(alarms),
-        input_stops=tuple(trip for trip in playback.trips if trip.reason not in CONTACT),
+        input_stops=tuple(trip for trip in playback.trips if trip.reason not in DETECTION_REASONS),
         idle_s=float(lengths[idle].sum()),
         permitted_s=float(lengths[idle & playback.permitted].sum()),
         above_s=float(lengths[above].sum()),
