@@ -80,7 +80,7 @@ def is_down(interface: str | None, channel: str | None) -> bool | None:
 
 
 def refuse_bit_rates(namespace: argparse.Namespace) -> None:
-    """A bit rate that would have no effect is an error: the system sets that of a SocketCAN interface."""
+    """Raises InputError for a bit rate on SocketCAN, where it would have no effect: the system sets it there."""
     if getattr(namespace, "interface", None) != SOCKETCAN:
         return
     for name in ("bitrate", "data_bitrate", "timing"):
@@ -90,12 +90,12 @@ def refuse_bit_rates(namespace: argparse.Namespace) -> None:
 
 
 def open_bus(namespace: argparse.Namespace | None = None, **options: Any) -> can.BusABC:
-    """Open the bus that parsed arguments name; without any, python-can's virtual bus of this process.
+    """Open the bus that the arguments select; by default python-can's virtual bus of this process.
 
-    namespace   what a parser with add_bus_arguments() returned; what it names wins over `options`
+    namespace   result of a parser with add_bus_arguments(); its values override `options`
     options     passed to python-can: interface, channel, fd, receive_own_messages, ...
 
-    A channel without an interface is looked up as python-can does, in its configuration files. Raises InputError, one
+    For a channel without an interface, python-can reads its configuration files. Raises InputError, one
     line with interface and channel, if there is no such bus, its driver is not installed or it cannot be opened.
     """
     named = {} if namespace is None else {key: value for key, value in vars(namespace).items() if value is not None}
@@ -123,7 +123,7 @@ def open_bus(namespace: argparse.Namespace | None = None, **options: Any) -> can
 
 
 def _reason(error: BaseException | None) -> str:
-    """One line that a person can act on."""
+    """A one-line reason for the user."""
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     if isinstance(error, can.CanError | OSError | ValueError | ImportError) and str(error):

@@ -62,7 +62,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One run: its cycles, and what they were judged to be."""
+    """One run: its cycles and its judgement."""
 
     scenario: Scenario
     trace: Trace
@@ -75,7 +75,7 @@ class Outcome:
 
     @property
     def report(self) -> dict[str, Any]:
-        """The numbers as they go into a JSON file."""
+        """The numbers of the JSON file."""
         return report_of(self.judgement)
 
 
@@ -90,7 +90,7 @@ def load_experiment(
     config: str | Path | None = None,
     sensors: SensorPreset | None = None,
 ) -> Scenario:
-    """One of EXPERIMENTS, as load_scenario; for another arm than the paper's it is fitted to that arm.
+    """Load one of EXPERIMENTS, as load_scenario does. For another arm than the paper's it is adapted to that arm.
 
     The preset `default` needs calibrated thresholds there. Another arm therefore has the published guard and sensors,
     unless `config` or `sensors` is given. Raises InputError also for an experiment that the arm cannot do.
@@ -123,7 +123,7 @@ def run_experiment(
     progress: Progress | None = None,
     watch: Watch | None = None,
 ) -> Outcome:
-    """One of EXPERIMENTS, as it is shipped or loaded otherwise. Raises InputError if it cannot be run."""
+    """Run one of EXPERIMENTS, the shipped one or the given scenario. Raises InputError if it cannot run."""
     scenario = load_experiment(name) if scenario is None else scenario
     outcome = run_scenario(scenario, setup, progress=progress, watch=watch)
     judgement = replace(outcome.judgement, experiment=name)
@@ -142,7 +142,7 @@ def run_scenario(
     progress: Progress | None = None,
     watch: Watch | None = None,
 ) -> Outcome:
-    """Robot and guard on one bus.
+    """Run a scenario with robot and guard on one bus.
 
     `listener` gets every frame, in the order of the bus, stamped with simulated time if the bus is this process' own;
     `watch` gets every cycle. Raises InputError for a bus that cannot be opened or fails, a block that the firmware

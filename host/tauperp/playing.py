@@ -67,7 +67,7 @@ def add_playing_arguments(parser: argparse.ArgumentParser) -> None:
         type=_seconds,
         default=Patience.answer_s,
         metavar="S",
-        help="real time to wait for the answer to a cycle. Without one the robot stops by itself and the run ends "
+        help="real time to wait for the answer to a cycle. Without one the robot stops and the run ends "
         f"({Patience.answer_s:g})",
     )
     add_bus_arguments(parser)
@@ -80,7 +80,7 @@ def setup_of(args: argparse.Namespace, *, fd: bool) -> Setup:
     virtual = getattr(args, "interface", None) == DEFAULT_INTERFACE
     guard: Literal["library", "bus"] = args.guard or ("bus" if named and not virtual else "library")
     if guard == "bus" and not named:
-        raise InputError("--guard bus: which bus? Name it by --interface and --channel")
+        raise InputError("--guard bus: name the bus by --interface and --channel")
     if guard == "bus" and args.channels:
         raise InputError(
             "--channels is for the library's guard; the guard on the bus has the number with which it was started"

@@ -1,4 +1,4 @@
-"""What all figures share: colours, axes and PNG."""
+"""Shared parts of all figures: colours, axes and PNG."""
 
 import io
 from typing import Literal

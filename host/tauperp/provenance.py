@@ -1,4 +1,4 @@
-"""What a result was made with: the hashes in every report, so that the result can be reproduced."""
+"""Provenance of a result: the hashes in every report, which make the result reproducible."""
 
 import importlib.metadata
 from dataclasses import dataclass

@@ -218,7 +218,7 @@ class Wire:
 
 
 def _meaning(version: int, by_id: Mapping[int, WireMessage]) -> str:
-    """All that two ends of a bus must agree on, a line for each message and signal, ordered by id and place.
+    """Everything on which both ends of a bus must agree: one line per message and signal, ordered by id and place.
 
     Layouts, scalings, ranges, value tables, E2E data and times; not comments, names of signals, order or receivers.
     """

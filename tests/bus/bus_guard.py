@@ -82,7 +82,7 @@ class GuardProcess:
         return self.wait_for(lambda event: event["event"] == "bus" and event["what"] == what, what)
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> Event:
-        """The last line of the process. Fails unless the process ends by itself, with 0 and nothing on stderr."""
+        """The last line of the process after this signal. Fails unless it exits with 0 and nothing on stderr."""
         self.process.send_signal(number)
         code = self.process.wait(TIMEOUT_S)
         errors = self._errors()
@@ -98,7 +98,7 @@ class GuardProcess:
 
 
 def run_guard(*arguments: str, program: Path = RELEASE) -> "subprocess.CompletedProcess[str]":
-    """Run a program that ends by itself: help and bad input."""
+    """Run the guard with arguments that make it print and exit: help and bad input."""
     return subprocess.run([str(program), *arguments], capture_output=True, text=True, timeout=TIMEOUT_S)
 
 

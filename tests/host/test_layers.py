@@ -26,7 +26,7 @@ LAYERS = {  # folder: the folders whose headers it may include besides its own
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 HOST = repository_root() / "host" / "tauperp"
-HOST_LAYERS = (  # a package or module may import those of earlier rows, and none of its own row
+HOST_LAYERS = (  # a package or module may import those of earlier rows only
     {"__init__", "errors"},
     {"files", "toml", "words", "intervals", "page", "plot", "wire_values"},
     {"robot", "wire"},

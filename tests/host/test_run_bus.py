@@ -197,7 +197,7 @@ def test_two_nodes_of_tauperp_guard_report_each_other(tmp_path: Path) -> None:
                 guards.append(subprocess.Popen(command, stdout=out))
             assert told(log, "STOPPED" if guards[1:] else "WAITING")
             if not guards[1:]:
-                time.sleep(0.5)  # of its own frames
+                time.sleep(0.5)  # time to receive its own frames
                 assert "STOPPED" not in log.read_text()
         assert told(logs[0], "ANOTHER_GUARD")
         assert told(logs[1], "ANOTHER_GUARD")
@@ -336,12 +336,12 @@ def test_a_named_bus_has_its_own_guard(arguments: list[str], named: bool, guard:
 def test_a_bus_guard_without_a_named_bus_is_bad_input() -> None:
     parser = ArgumentParser()
     add_playing_arguments(parser)
-    with pytest.raises(InputError, match="which bus"):
+    with pytest.raises(InputError, match="name the bus"):
         setup_of(parser.parse_args(["--guard", "bus"]), fd=True)
 
 
 def test_a_guard_without_a_bus_gives_one_line_with_the_command_to_type(capsys: pytest.CaptureFixture[str]) -> None:
-    """It would be alone on a bus of its own process, in FAULT for ever."""
+    """On a virtual bus of this process no robot could reach it, and it would stay in FAULT."""
     assert main(["guard", "default", "--robot", "panda"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "tauperp guard default --robot panda --interface socketcan --channel can0" in line

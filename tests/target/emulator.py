@@ -45,7 +45,7 @@ def versal_image(name: str, block: bytes, *, numeric: str = "float", lockstep: b
 
 
 def run_to_end(target: str, image: Path, timeout_s: float = 300, arguments: Sequence[str] = ()) -> tuple[int, str]:
-    """Exit code and complete output of an image that ends by itself. It runs in the checkout's root."""
+    """Exit code and complete output of an image that exits. It runs in the checkout's root."""
     done = subprocess.run(
         [str(QEMU_RUN), target, str(image.relative_to(ROOT)), *arguments],
         stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""What a task explains of a motion without touches, and limits of the explained part that lie a margin above it.
+"""The explained part of a motion without touches, and proposed limits that are a margin above it.
 
 The sizes are those that firmware/core/explained.c compares with the task's limits. Payload and regressor: the force is
 the weight (of either sign) and what acts sideways, the moment that of the weight; without a payload both are the error

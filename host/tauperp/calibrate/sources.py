@@ -75,11 +75,11 @@ class Motion:
             raise InputError(f"{self.name}: touched at {at_s:.2f} s; this takes recordings without touches")
 
     def corrected(self, tau: FloatArray) -> "Motion":
-        """The same with other torques."""
+        """The same motion with other torques."""
         return dataclasses.replace(self, tau=tau)
 
     def part(self, first: int, last: int) -> "Motion":
-        """Some of its rows, with their own time."""
+        """Selected rows, with times from 0."""
         rows = slice(first, last)
         return dataclasses.replace(
             self,

@@ -30,7 +30,7 @@ Report = Callable[[float, str], None]
 
 @dataclass
 class Effort:
-    """Effort of the runs of this process."""
+    """Number and time of the runs of this process."""
 
     simulated_s: float = 0.0
     wall_s: float = 0.0

@@ -59,12 +59,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_bus(args: argparse.Namespace) -> None:
-    """Without a bus the guard would run on a virtual bus of its own process, which no other node can use."""
+    """Raises InputError without a bus: no other node could reach a virtual bus of this process."""
     if getattr(args, "interface", None) or getattr(args, "channel", None):
         return
     command = f"tauperp guard {args.config}" + (f" --robot {args.robot}" if args.robot else "")
     raise InputError(
-        f"guard: on which bus? For example: {command} --interface {NATIVE} --channel can0"
+        f"guard: name the bus, for example: {command} --interface {NATIVE} --channel can0"
         f" (between processes without a bus: --interface udp_multicast)"
     )
 

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _refuse_foreign_options(args: argparse.Namespace) -> None:
-    """An option that would have no effect is a mistake of who gave it."""
+    """An option that would have no effect is an error of the user."""
     foreign = ("scenario", "log_channel") if args.log is None else _OF_RECORDINGS
     for name in foreign:
         if getattr(args, name) is not None:

@@ -103,7 +103,7 @@ class Core:
         return f"Core({self.robot.name!r}, {self._library.numeric!r}, {source!r}): {self.n} joints"
 
     def reset(self) -> None:
-        """Forget every step: the next one starts the observer at its sample, with a residual of zero."""
+        """Reset the observer. The next step starts it at its sample, with a residual of zero."""
         self._library.lib.tauperp_core_init(self._stages)
 
     def terms(self, q: npt.ArrayLike, qd: npt.ArrayLike) -> Terms:

@@ -1,4 +1,4 @@
-"""What a person can do about a robot that may not move: the required reset, why the last reset was refused, and which
+"""Advice while the robot may not move: the required reset, why the last reset was refused, and which
 conditions are not met yet.
 """
 

@@ -1,7 +1,7 @@
-"""Vector's .blf by python-can's reader, which also reads or reports what that reader skips.
+"""Vector's .blf: python-can's reader, extended to read or report the parts that it skips.
 
-Objects outside the containers are read like those inside. Objects with a later header version are read by the header's
-own length. Unreadable parts (a container with another compression, an object that is cut) are an error.
+Objects outside the containers are read like those inside. For a later header version the length in the header counts.
+Unreadable parts (a container with another compression, a truncated object) are an error.
 """
 
 import struct
@@ -62,7 +62,7 @@ class BlfReader(can.BLFReader):
         at = data.find(_SIGNATURE, 0, _PADDING)
         while at >= 0 and at + OBJ_HEADER_BASE_STRUCT.size <= len(data):
             _, header_size, version, size, kind = OBJ_HEADER_BASE_STRUCT.unpack_from(data, at)
-            if size < OBJ_HEADER_BASE_STRUCT.size:  # python-can would read it for ever
+            if size < OBJ_HEADER_BASE_STRUCT.size:  # python-can would read it again without end
                 self._unreadable = f"an object of {size} bytes"
                 return bytes(changed[:at])
             if at + size > len(data):
@@ -78,7 +78,7 @@ class BlfReader(can.BLFReader):
         return bytes(changed)
 
     def check_end(self) -> None:
-        """Called after the last frame. Raises ValueError if a part of a cut object remains."""
+        """Called after the last frame. Raises ValueError if a part of a truncated object remains."""
         if _SIGNATURE in self._tail:
             raise ValueError("the file ends in the middle of an object")
 

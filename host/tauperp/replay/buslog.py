@@ -1,8 +1,8 @@
-"""Bus logs as python-can reads them (.blf, candump's .log and others, also with .gz), and .asc, with damage found.
+"""Bus logs in python-can's formats (.blf, candump's .log and others, also with .gz) and in .asc. Damage is detected.
 
-python-can's readers skip lines that they do not understand, and end without a message at the end of a file. A log as
-evidence needs more: every frame before the damage is delivered, then its byte or line is reported. Entries that are not
-frames are counted.
+python-can's readers skip lines that they do not understand, and a truncated file ends without a message. A log that
+serves as evidence needs more. This reader delivers every frame before the damage, then reports its byte or line. It
+counts entries that are not frames.
 """
 
 import gzip
@@ -20,15 +20,15 @@ from tauperp.replay.asc import BEGIN, END, AscReader
 from tauperp.replay.blf import BlfReader
 
 _GZIP_SUFFIX = ".gz"
-_MOST_INFLATED = 1032  # bytes that deflate makes of one
-_SMALLEST_FRAME = 48  # bytes of a BLF object that is a frame
+_MOST_INFLATED = 1032  # largest ratio of inflated to deflated bytes
+_SMALLEST_FRAME = 48  # size of the smallest BLF frame object, bytes
 _PADDING = 3  # bytes at most between two such objects
 
 _SHOWN = 48  # characters of a line that cannot be read
 
 
 class _Unreadable(ValueError):
-    """In words that a person can act on, other than those of a reader that met what it was not written for."""
+    """Damage with a readable message, unlike the exceptions of a reader that does not expect damage."""
 
 
 class LogDamage(InputError):
@@ -36,10 +36,10 @@ class LogDamage(InputError):
 
 
 class BusLog(Iterator[can.Message]):
-    """Every frame, in the order of the file, with the length of data that it states. Memory: one container of the file.
+    """Every frame, in the order of the file, with its stated data length. Memory: one container of the file.
 
-    channel        only frames of this one, named as the file does ("can0", "1"); None: all
-    damage         why the frames ended before the log did; None without damage
+    channel        only frames of this channel, by its name in the file ("can0", "1"); None: all
+    damage         why the frames end before the log does; None without damage
     passed_over    number of lines or objects so far that are not frames
     channels       channels of the frames so far, with their counts
 
@@ -77,14 +77,14 @@ class BusLog(Iterator[can.Message]):
 
 
 class _PassedOver:
-    """Number of entries of a log that were not frames, from the open reader."""
+    """Number of entries of a log that are not frames, as the open reader counts them."""
 
     def __init__(self) -> None:
         self.count: Callable[[], int] = lambda: 0
 
 
 def channel_name(frame: can.Message) -> str:
-    """The channel of a logged frame as its file names it; Vector's formats count from 1, python-can from 0."""
+    """The name of a logged frame's channel in its file. Vector's formats count from 1, python-can from 0."""
     channel = frame.channel
     return str(channel + 1) if isinstance(channel, int) else str(channel or "-")
 
@@ -116,7 +116,7 @@ def _reader_type(path: Path) -> Any:
 
 
 def _opened(reader_type: Any, source: "_Lines | _Bytes | Path", passed_over: _PassedOver) -> Any:
-    """The reader of the format: python-can's, but for .asc, and for .blf with what it passes over."""
+    """The reader of the format: python-can's, except for .asc and .blf."""
     if isinstance(source, _Lines) and source.is_asc:
         reader = AscReader(source.readline)
         passed_over.count = lambda: reader.passed_over
@@ -131,7 +131,7 @@ def _opened(reader_type: Any, source: "_Lines | _Bytes | Path", passed_over: _Pa
 def _frames(
     path: Path, reader_type: Any, source: "_Lines | _Bytes | Path", passed_over: _PassedOver
 ) -> Iterator[can.Message]:
-    """The reader's frames. Its own errors are of any type: it was not written for files that are broken."""
+    """The reader's frames. For a broken file python-can's readers raise exceptions of any type."""
     place = source.place if isinstance(source, _Lines | _Bytes) else lambda: "its database"
     count = 0
     try:
@@ -175,10 +175,10 @@ def _reason(error: Exception, source: "_Lines | _Bytes | Path") -> str:
 
 
 class _Lines:
-    """A text file for readers of logs. It keeps the line number, and refuses a cut line or one that is not text."""
+    """A text file for readers of logs. It counts lines, and refuses a truncated line or one that is not text."""
 
     def __init__(self, raw: IO[bytes], *, is_asc: bool) -> None:
-        self.text = ""  # of the newest line, as far as it can be shown
+        self.text = ""  # printable start of the newest line
         self._raw = raw
         self.is_asc = is_asc
         self._in_block = False
@@ -201,7 +201,7 @@ class _Lines:
         except UnicodeDecodeError:
             if not self.is_asc:
                 raise _Unreadable("not text") from None
-            line = data.decode("latin-1")  # Windows' tools write comments so
+            line = data.decode("latin-1")  # the encoding of comments by Windows tools
         if self.is_asc and any(ord(character) < ord(" ") for character in line.strip().replace("\t", " ")):
             raise _Unreadable("not text")
         content = line.strip()
@@ -214,7 +214,7 @@ class _Lines:
         return line
 
     def check_end(self) -> None:
-        """After the last frame."""
+        """Call after the last frame. Raises _Unreadable if the file is truncated."""
         if self._in_block:
             raise _Unreadable("the file ends here, without the end of its trigger block")
 
@@ -225,18 +225,18 @@ class _Lines:
         self._raw.close()
 
     def read(self) -> str:
-        """For python-can this is what makes it a file; its text readers go line by line."""
+        """python-can takes an object with this method as a file. Its text readers read by lines."""
         return "".join(self)
 
 
 class _Bytes:
-    """A binary file for python-can's readers that detects a premature end, and continues with the data so far: a
-    container that is cut still holds frames."""
+    """A binary file for python-can's readers that detects a premature end and returns the data so far, because a
+    truncated container still holds frames."""
 
     def __init__(self, raw: IO[bytes], size: int) -> None:
         self._raw = raw
         self._size = size
-        self._at = 0  # of the last read
+        self._at = 0  # offset of the last read
         self._cut: int | None = None
         self._frames_left = 0
 
@@ -250,7 +250,7 @@ class _Bytes:
             return b""
         self._at = self._raw.tell()
         data = self._raw.read(length)
-        # One that ends where an object begins has ended properly, and padding may be missing there.
+        # A file that ends at the start of an object is complete. Padding may be missing there.
         if 0 < len(data) < length or (not data and length > _PADDING and self._at != self._size):
             self._cut = self._at + len(data)
         if length > _PADDING:
@@ -258,13 +258,13 @@ class _Bytes:
         return data
 
     def count_frame(self) -> None:
-        """An object of size 0 inside a container is read for ever: more frames than fit are a broken file."""
+        """Raises ValueError for more frames than fit: python-can reads an object of size 0 again without end."""
         self._frames_left -= 1
         if self._frames_left < 0:
             raise ValueError("an object that ends where it begins")
 
     def check_end(self, announced: int) -> None:
-        """After the last frame. announced: the file's size by its own header; 0 if unknown."""
+        """Call after the last frame. announced: the file's size by its header; 0 if unknown."""
         if self._cut is not None:
             raise ValueError("the file ends in the middle of an object")
         if announced > self._size:

@@ -1,18 +1,18 @@
-"""A bus log through the firmware's guard, its frames compared with those in the log, bit for bit.
+"""Replay of a bus log through the firmware's guard, and comparison of its frames with those in the log, bit for bit.
 
-Each StopCommand in the log is one tick: everything the log has before it is received, the guard ticks, and its
-frames are compared with those of the log up to the next StopCommand. Signals that cannot be equal are masked and
-reported; `masked_signals` states which and why. A frame with a masked signal is compared without its CRC.
+Each StopCommand in the log is one tick. The guard receives every earlier frame of the log and ticks. Its frames are
+compared with those of the log up to the next StopCommand. Signals that cannot be equal are masked and reported;
+`masked_signals` states which and why. A frame with a masked signal is compared without its CRC.
 
 Time. A guard in lockstep has one tick per period, and every frame counts as received at its tick's time. The replay
 repeats this exactly. A guard in real time had a clock that the log does not contain; the time stamps of the log replace
 it.
 
-Start. If the log's guard had not received frames of the robot before, a new guard reaches the same state by idle ticks
-until its counters, pages and joints equal those of the log. Otherwise (the log joins a run) a new guard receives the
-robot's frames from the log's beginning, and comparing begins when it and the log's guard both permit motion and its
-observer has forgotten its start. From then on a GuardReset in the log is passed on with the trip number that the new
-guard counts.
+Start. If the log's guard had received no robot frames before the log, a new guard makes idle ticks until its counters,
+pages and joints equal those of the log. It is then in the same state. Otherwise the log begins in the middle of a run.
+A new guard then receives the robot's frames from the beginning of the log. The comparison begins when both guards
+permit motion and the new observer has settled. From then on a GuardReset in the log is passed on with the new guard's
+trip number.
 """
 
 import dataclasses
@@ -28,7 +28,7 @@ from tauperp.replay.origin import Field, Origin
 from tauperp.wire import COUNTER_MASK, WireMessage
 
 GUARD_MESSAGES = ("StopCommand", "GuardStatus", "GuardIndex")
-EVENT_MESSAGE = "GuardEvent"  # a copy of what was compared already, by the guard's event recorder
+EVENT_MESSAGE = "GuardEvent"  # the event recorder's copy of signals that are compared already
 
 _REAL_TIME = ("TickTime", "WorstTickTime", "DeadlineMargin")
 _SINCE_START = (
@@ -102,7 +102,7 @@ def masked_signals(origin: Origin, build: tuple[int, int] | None) -> dict[str, s
 
 
 class Comparison:
-    """One log: `take` each of its frames in their order; the results are valid at any time."""
+    """One log. Call `take` with each frame in order. The results are valid at any time."""
 
     def __init__(self, configuration: Configuration, origin: Origin) -> None:
         self.configuration = configuration
@@ -110,7 +110,7 @@ class Comparison:
         self.frames = 0
         self.cycles = 0
         self.compared_cycles = 0
-        self.foreign_frames = 0  # of no message of the wire, 29-bit ids too: a board's filter keeps them from the guard
+        self.foreign_frames = 0  # of other protocols, also with 29-bit ids: a board's filter hides them from the guard
         self.lost_ticks = 0  # StopCommands that the log lacks, by their counter
         self.out_of_sequence = 0  # StopCommands with a counter that does not advance: those of another guard
         self.begin_s = self.end_s = 0.0

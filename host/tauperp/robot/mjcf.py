@@ -1,7 +1,7 @@
-"""MJCF as a tree of links, read by MuJoCo's own compiler: defaults, angles, orientations and inertias are its.
+"""MJCF as a tree of links. MuJoCo's compiler reads it and resolves defaults, angles, orientations and inertias.
 
-Of a body with an explicit inertia the geoms add nothing, so meshes are not needed for it. What MJCF has no place for,
-the velocity limit of a joint, is taken from `<custom><numeric name="velocity_max:JOINT" data="rad/s"/></custom>`.
+The geoms of a body with an explicit inertia have no effect on it, so their meshes are not needed. MJCF has no velocity
+limit of a joint; it is read from `<custom><numeric name="velocity_max:JOINT" data="rad/s"/></custom>`.
 """
 
 import warnings
@@ -29,9 +29,9 @@ KINDS = {
 
 
 def compile_mjcf(path: Path, data: bytes, accept_inertia: bool = False) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """The model of a file, without the meshes and pictures that no inertia needs, and what accept_inertia changed.
+    """The model of a file, without meshes and textures that no inertia needs, and the changes by accept_inertia.
 
-    data: the file's content, if it is not a regular file. A regular one MuJoCo reads itself, with all that it includes.
+    data: the file's content. MuJoCo itself reads a regular file, because it may include others.
     """
     said: list[str] = []
     before = mujoco.get_mju_user_warning()
@@ -72,7 +72,7 @@ def _refuse_sizes(path: Path, model: mujoco.MjModel) -> None:
 
 
 def read_mjcf(path: Path, data: bytes, accept_inertia: bool = False) -> tuple[Tree, tuple[str, ...]]:
-    """The tree of a file and what accept_inertia changed; a hinge's position zero is its `ref`, as in MuJoCo."""
+    """The tree of a file and the changes by accept_inertia. As in MuJoCo, `ref` is a hinge's position zero."""
     model, changes = compile_mjcf(path, data, accept_inertia)
     try:
         return _tree(path, model), changes
@@ -104,9 +104,9 @@ def _tree(path: Path, model: mujoco.MjModel) -> Tree:
 
 
 def _strip(spec: mujoco.MjSpec) -> None:
-    """Leave out what needs files and carries no mass: pictures, and meshes of bodies with an explicit inertia.
+    """Remove textures, and meshes of bodies with an explicit inertia: they need files and have no effect on mass.
 
-    Such a mesh geom becomes a small sphere that touches nothing, since contact pairs or sensors may name it.
+    Such a mesh geom becomes a small sphere without contacts, because contact pairs or sensors may name it.
     """
     ignored = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     file_geoms = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF, mujoco.mjtGeom.mjGEOM_HFIELD)
@@ -153,17 +153,17 @@ def _make_possible(spec: mujoco.MjSpec) -> tuple[str, ...]:
 
 
 def body_name(model: mujoco.MjModel, b: int) -> str:
-    """What a body is called here: its name or, without one, its number."""
+    """The body's name or, without one, its number."""
     return model.body(b).name or f"body {b}"
 
 
 def joint_name(model: mujoco.MjModel, j: int) -> str:
-    """What a joint is called here: its name or, without one, its place."""
+    """The joint's name or, without one, its place."""
     return model.joint(j).name or f"joint {j} of body {body_name(model, model.jnt_bodyid[j])}"
 
 
 def _body_links(model: mujoco.MjModel, b: int) -> list[TreeLink]:
-    """A body as one link for each of its joints and one, fixed to the last, for itself."""
+    """A body as links: one for each of its joints, then one for the body, fixed to the last."""
     if b == 0:
         return [TreeLink(body_name(model, 0), None, Pose(), TreeJoint(""), capsules=_capsules(model, 0))]
     links = []
@@ -187,7 +187,7 @@ def _body_links(model: mujoco.MjModel, b: int) -> list[TreeLink]:
 
 
 def _closures(model: mujoco.MjModel) -> list[tuple[str, str, str]]:
-    """Equality constraints that hold two bodies together: name, body, body."""
+    """Equality constraints that connect two bodies: name, body, body."""
     found = []
     for e in range(model.neq):
         kind, active = int(model.eq_type[e]), bool(model.eq_active0[e])
@@ -202,7 +202,7 @@ def _closures(model: mujoco.MjModel) -> list[tuple[str, str, str]]:
 
 
 def _follows(model: mujoco.MjModel, j: int) -> str | None:
-    """The joint that an equality constraint makes this one follow, empty if that one holds it where it is; or None."""
+    """The joint that this one follows by an equality constraint; empty if the constraint locks it; None without one."""
     for e in range(model.neq):
         if model.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and model.eq_obj1id[e] == j and bool(model.eq_active0[e]):
             driver = int(model.eq_obj2id[e])

@@ -1,13 +1,14 @@
 """The firmware's table of a robot (firmware/core/robot.h): minimal frames, minimal inertial parameters.
 
-Frames: z on the joint axis, origin where the axis comes nearest to the axis before it, so that axes that meet have
-one origin and nothing to move by; and x such that the next axis is reached by a turn about x alone. Between axes that
-are nearly parallel the nearest points run away: there the origin stays where the file has it. The rotation between two
-z-aligned frames is Rz(a) Rx(twist) Rz(b): a turns the parent's frame, b is left as this joint's `zero`.
+Frames: z is on the joint axis. The origin is the point of the axis that is nearest to the previous axis, so axes that
+intersect share one origin and need no translation. x is chosen so that a rotation about x alone leads to the next axis.
+Between nearly parallel axes the nearest points are far away: there the origin stays at its place in the file. The
+rotation between two z-aligned frames is Rz(a) Rx(twist) Rz(b): a rotates the parent's frame, b becomes this joint's
+`zero`.
 
-Inertial parameters: from the tip to the base every link hands a rod on its joint axis to its parent (Gautier and
-Khalil 1990): mass m, first moment m z and inertia diag(l, l, 0) about the frame's origin, with l its inertia yy. Such a
-rod has the same effect whether or not it turns with the joint. Seven numbers per link remain.
+Inertial parameters: from the tip to the base, a part of every link moves to its parent (Gautier and Khalil 1990): a rod
+on the joint axis with mass m, first moment m z and inertia diag(l, l, 0) about the frame's origin, with l the link's
+inertia yy. Such a rod has the same effect whether or not it rotates with the joint. Seven numbers per link remain.
 """
 
 from dataclasses import dataclass
@@ -17,11 +18,11 @@ import numpy as np
 from tauperp.robot.model import Robot
 from tauperp.robot.spatial import Array, Body, rotation_onto, rotation_x, rotation_z
 
-# Only what rounding leaves of a right angle or a zero is snapped: a twist that a file gives with ten digits stays as
-# the file has it, because the table is held to 1e-9 against other readers of the same file.
+# Only rounding errors of a right angle or a zero are removed. A twist with ten digits in the file is not changed,
+# because the table must agree with other readers of the same file to 1e-9.
 SNAP = 1e-12
 NAME_LENGTH = 16  # ROBOT_NAME_LENGTH
-# Sine between two axes from which on an origin moves to where they come nearest, and how far it may move at most, m.
+# Smallest sine of the angle between two axes for which an origin moves to the nearest point, and its largest shift, m.
 SKEW = 0.01
 REACH = 2.0
 
@@ -73,8 +74,8 @@ def make_table(robot: Robot) -> RobotTable:
     z = np.array([0.0, 0.0, 1.0])
     offset = [offset[i] + slide[i] * rotation[i][:, 2] - (slide[i - 1] * z if i > 0 else np.zeros(3)) for i in range(n)]
 
-    # Frame i of the table is that frame turned about its z by turn[i], so that the next twist is about x. From the tip,
-    # because what the base's rotation takes up is free.
+    # Frame i of the table is that frame rotated about its z by turn[i], so that the next twist is about x. The loop
+    # starts at the tip, because the base's rotation can take up any remainder.
     turn, twist, zero = [0.0] * n, [0.0] * n, [0.0] * n
     for i in reversed(range(1, n)):
         turn[i - 1], twist[i], zero[i] = _turn_twist_zero(rotation[i], turn[i])
@@ -130,7 +131,7 @@ def _spread(robot: Robot, link: int) -> float:
 
 
 def _slides(rotation: list[Array], offset: list[Array]) -> list[float]:
-    """How far, m, each origin moves along its own axis to where that comes nearest to the axis before it."""
+    """Shift of each origin along its own axis, m, to the point that is nearest to the previous axis."""
     slide = [0.0] * len(offset)
     for i in range(1, len(offset)):
         across, axis = offset[i][:2], rotation[i][:2, 2]
@@ -138,7 +139,7 @@ def _slides(rotation: list[Array], offset: list[Array]) -> list[float]:
         if square > SKEW**2 and abs(across @ axis) < REACH * square:
             slide[i] = -float(across @ axis) / square
     if len(offset) > 1 and np.hypot(*rotation[1][:2, 2]) > SKEW:
-        # The first axis has none before it: its origin is as high as the second one's.
+        # The first axis has no previous one: its origin gets the height of the second one's.
         height = float(offset[1][2] + slide[1] * rotation[1][2, 2])
         slide[0] = height if abs(height) < REACH else 0.0
     return slide
@@ -147,7 +148,7 @@ def _slides(rotation: list[Array], offset: list[Array]) -> list[float]:
 def _minimal_parameters(
     robot: Robot, to_table: list[Array], slide: list[float], twist: list[float], offset: list[Array]
 ) -> tuple[list[Array], list[Array]]:
-    """First moments (3,) and inertias (3, 3) about the frames' origins, without the rods that moved to the parents."""
+    """First moments (3,) and inertias (3, 3) about the frames' origins, without the rods moved to the parents."""
     n = robot.n
     mass = [joint.mass for joint in robot.joints]
     moment = [to_table[i] @ (joint.mass * (joint.com - slide[i] * joint.axis)) for i, joint in enumerate(robot.joints)]
@@ -160,7 +161,7 @@ def _minimal_parameters(
         moment[i] = _clean(moment[i] * (1.0, 1.0, 0.0))
         inertia[i] = _clean(inertia[i] - np.diag([rod_inertia, rod_inertia, 0.0]))
         if i == 0:
-            break  # the base does not move: what it gets is lost
+            break  # the base does not move, so its part has no effect
         turn, p, m = rotation_x(twist[i]), offset[i], mass[i]
         h = turn @ (0.0, 0.0, rod_moment)
         shift = (2.0 * h @ p + m * p @ p) * np.eye(3) - np.outer(h, p) - np.outer(p, h) - m * np.outer(p, p)
@@ -171,11 +172,11 @@ def _minimal_parameters(
 
 
 def _turn_twist_zero(rotation: Array, turn: float) -> tuple[float, float, float]:
-    """The parent's turn a, the twist and this joint's zero, with Rz(a) Rx(twist) Rz(zero) = rotation Rz(turn).
+    """The parent's rotation a, the twist and this joint's zero, with Rz(a) Rx(twist) Rz(zero) = rotation Rz(turn).
 
-    Of the two solutions the one that turns a right angle forwards, which the firmware does without a product; of any
-    other twist the one with the zero within a quarter turn, so that adding it to a reading costs few bits. Parallel
-    axes leave it free: it is 0.
+    There are two solutions. For a right angle this is the one with a positive twist, which the firmware applies without
+    a product. For any other twist it is the one with the zero within a quarter turn, so that adding the zero to a
+    reading costs few bits. Parallel axes do not determine the zero: it is 0.
     """
     rotation = rotation @ rotation_z(turn)
     sine = float(np.hypot(rotation[0, 2], rotation[1, 2]))
@@ -185,7 +186,7 @@ def _turn_twist_zero(rotation: Array, turn: float) -> tuple[float, float, float]
     twist = float(np.arctan2(sine, rotation[2, 2]))
     a = float(np.arctan2(rotation[0, 2], -rotation[1, 2]))
     zero = float(np.arctan2(rotation[2, 0], rotation[2, 1]))
-    # (a + pi, -twist, zero + pi) is the same rotation. Decided clear of rounding at a quarter turn.
+    # (a + pi, -twist, zero + pi) is the same rotation. The margin keeps rounding at a quarter turn from deciding.
     right_angle = _snapped(np.cos(twist)) == 0.0
     if not right_angle and not -np.pi / 2 + 1e-6 < zero <= np.pi / 2 + 1e-6:
         a, twist, zero = a + np.pi, -twist, zero + np.pi

@@ -1,7 +1,7 @@
-"""A tree of links as robot files describe it, and the one serial chain of it that becomes a Robot.
+"""A tree of links as in a robot file, and its one serial chain that becomes a Robot.
 
-Links joined by fixed joints are merged. Joints off the chain are locked where the file puts them (URDF: zero, MJCF:
-qpos0) and their links merged too, so a hand's fingers or a second arm add only their mass.
+Links joined by fixed joints are merged. Joints off the chain are locked at the file's position (URDF: zero, MJCF:
+qpos0). Their links are merged too, so a hand's fingers or a second arm add only their mass.
 """
 
 import re
@@ -24,10 +24,10 @@ _GRIPPER = re.compile("grip|finger|jaw|claw|knuckle|thumb", re.IGNORECASE)
 
 @dataclass(frozen=True, eq=False)
 class TreeJoint:
-    """How a link hangs on its parent. A joint that mimics another one can only be locked."""
+    """Connection of a link to its parent. A joint that mimics another one can only be locked."""
 
     name: str
-    kind: str = FIXED  # FIXED, REVOLUTE or the file's own word for what cannot be on a chain
+    kind: str = FIXED  # FIXED, REVOLUTE, or the file's word for a kind that cannot be on a chain
     axis: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     limits: Limits = field(default_factory=Limits)
     rotor_inertia: float = 0.0
@@ -52,7 +52,7 @@ class TreeLink:
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """A robot, the links that it was taken from, and the bodies of links that were made possible, in their frames."""
+    """A robot, its first and last link, and the bodies of links whose inertia was corrected, in the links' frames."""
 
     robot: Robot
     base: str
@@ -67,7 +67,7 @@ class Tree:
         self, name: str, links: list[TreeLink], gravity: Array, closures: Sequence[tuple[str, str, str]] = ()
     ) -> None:
         self.name = name
-        self.closures = closures  # name and two links that something else than a joint of the tree holds together
+        self.closures = closures  # name, and two links that a constraint outside the tree connects
         self.gravity = gravity  # (3,) m/s^2 in the root frame
         self.links = {link.name: link for link in links}
         self.children: dict[str, list[TreeLink]] = {link.name: [] for link in links}
@@ -83,8 +83,8 @@ class Tree:
         """The robot from link `base` (default: the root) to link `tip` (default: the only end).
 
         tool: offset (3,) m added in the tip's frame. mounting: rotation (3, 3) of the file's root frame in a world
-        whose z points up; gravity follows through the joints before the base, locked. accept_inertia: an inertia that
-        no body has becomes the nearest possible one instead of an error.
+        whose z points up. Gravity in the base's frame follows from it, with the joints before the base locked.
+        accept_inertia: an impossible inertia becomes the nearest possible one instead of an error.
         """
         for link in self.links.values():
             _refuse_sizes(link)
@@ -230,7 +230,7 @@ class Tree:
         return [x for x in self.children[link.name] if x.joint.kind == FIXED and not x.marker]
 
     def _rigid(self, link: TreeLink) -> Iterator[tuple[TreeLink, Pose]]:
-        """The links that are one with `link` over fixed joints, and their poses in it."""
+        """The links that fixed joints connect to `link`, and their poses in it."""
         pending = [(link, Pose())]
         while pending:
             link, pose = pending.pop()
@@ -238,7 +238,7 @@ class Tree:
             pending.extend((x, pose @ x.pose) for x in reversed(self.children[link.name]) if x.joint.kind == FIXED)
 
     def _movers(self, link: TreeLink) -> list[TreeLink]:
-        """The links that move against `link` and the links fixed to it."""
+        """The links that move relative to `link` and to the links fixed to it."""
         return [
             child
             for rigid, _ in self._rigid(link)
@@ -247,7 +247,7 @@ class Tree:
         ]
 
     def _moves_with(self, link: TreeLink, on_path: set[str]) -> Iterator[tuple[TreeLink, Pose]]:
-        """What moves with a link of the chain, over fixed joints and locked ones off the chain, and its pose in it."""
+        """The links that move with a link of the chain, through fixed and locked joints, and their poses in it."""
         pending = [(link, Pose())]
         while pending:
             part, pose = pending.pop()
@@ -261,8 +261,8 @@ class Tree:
     def _merged(self, link: TreeLink, on_path: set[str], changed: dict[str, Body] | None) -> Body:
         """The body that moves with a link, in its frame. changed: collects impossible bodies; None refuses them.
 
-        What an inertia may be off by is measured against all that the joint moves: a screw that changes no torque
-        which the wire could carry is not a reason to refuse an arm.
+        The allowed error of an inertia is relative to everything that the joint moves. The inertia of a screw, which
+        changes no torque by a step of the wire, is no reason to refuse an arm.
         """
         parts = list(self._moves_with(link, on_path))
         for part, _ in parts:
@@ -306,7 +306,7 @@ def _few(names: list[str], most: int = 6) -> str:
 
 
 def _refuse_joint(link: TreeLink, *, inner: bool) -> None:
-    """A joint that cannot be on a chain of revolute joints is an error that names it. inner: after a revolute one."""
+    """Raises InputError for a joint that cannot be on a chain of revolute joints. inner: it follows a revolute one."""
     joint = link.joint
     if joint.kind == FIXED:
         return

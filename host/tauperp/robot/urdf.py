@@ -19,7 +19,7 @@ from tauperp.robot.tree import FIXED, REVOLUTE, Tree, TreeJoint, TreeLink
 KINDS = {"revolute": REVOLUTE, "continuous": REVOLUTE, "fixed": FIXED}
 OTHER_KINDS = ("prismatic", "floating", "planar", "spherical")
 
-_MACROS = ("include", "macro", "property", "insert_block", "if", "unless")  # xacro before it had a prefix
+_MACROS = ("include", "macro", "property", "insert_block", "if", "unless")  # old xacro, without a prefix
 _OTHERS_WITH_LINKS = ("gazebo", "transmission", "ros2_control")  # they may hold inertials or joints of another format
 
 
@@ -160,7 +160,7 @@ def _is_frame(inertial: ElementTree.Element | None) -> bool:
 
 
 def frame_warnings(root: ElementTree.Element) -> tuple[str, ...]:
-    """The links that have an inertia and no mass: their inertia is left out. For a file that read_urdf takes."""
+    """The links that have an inertia and no mass: their inertia is ignored. For a file that read_urdf accepts."""
     return tuple(
         f"link '{link.get('name')}' has an inertia and no mass: taken as a frame"
         for link in root.findall("link")
@@ -190,7 +190,7 @@ def _joint(element: ElementTree.Element, rotors: dict[str, float], where: str) -
 
 
 def _limits(limit: ElementTree.Element, kind: str, place: str) -> Limits:
-    """A missing one of lower and upper is 0, by the format. A velocity or effort of 0 means no limit."""
+    """By the format, a missing lower or upper limit is 0. A velocity or effort of 0 means no limit."""
     bounded = kind == "revolute" and not limit.attrib.keys().isdisjoint(("lower", "upper"))
     return Limits(
         lower=_number(limit, "lower", place, 0.0) if bounded else None,
@@ -201,7 +201,7 @@ def _limits(limit: ElementTree.Element, kind: str, place: str) -> Limits:
 
 
 def _capsules(link: ElementTree.Element, place: str) -> tuple[Capsule, ...]:
-    """Collision cylinders (along z) and capsules (an extension of some writers) as capsules as long over all."""
+    """Collision cylinders (along z) and capsules (an extension of some writers) as capsules of equal total length."""
     found = []
     for collision in link.findall("collision"):
         for tag in ("cylinder", "capsule"):
@@ -253,7 +253,7 @@ def _number(element: ElementTree.Element, key: str, place: str, default: float |
 
 def _float(text: str, place: str) -> float:
     try:
-        if "_" in text or not text.isascii():  # Python's own liberties
+        if "_" in text or not text.isascii():  # accepted by Python's float() only
             raise ValueError
         value = float(text)
     except ValueError:

@@ -32,7 +32,7 @@ Five examples come with the package and run by name:
 
 
 def markdown() -> str:
-    """The whole page."""
+    """The page as Markdown."""
     parts = [HEAD]
     for heading, table in tables(ScenarioTable):
         parts.append(f"\n## {heading or 'Top of the file'}\n\n{' '.join((table.__doc__ or '').split())}\n")

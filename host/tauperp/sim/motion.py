@@ -130,7 +130,7 @@ class Motion:
 
     @property
     def standing(self) -> bool:
-        """The robot has stopped and will not move by itself."""
+        """The robot has stopped, and waits for a permission or a person."""
         return self.mode in (Mode.READY, Mode.PAUSING, Mode.BRAKED)
 
     @property

@@ -1,7 +1,7 @@
 """Detects a simulation that is no longer physical: divergence or chatter must not count as a fault detected by the
 guard.
 
-Everything that a controlled arm does by itself is slow. Its control laws have bandwidths of a few hertz, and even a
+All motion of a controlled arm is slow. Its control laws have bandwidths of a few hertz, and even a
 hand's tissue oscillates below 150 Hz. If a joint's acceleration changes sign every few milliseconds, with a size that
 no drive can sustain, the integration fails. The most frequent cause is a joint with too little inertia for the control
 cycle. Touched or braked arms are not checked, because contact and dry friction may chatter.

@@ -119,7 +119,7 @@ def _lines(judgement: Judgement) -> Iterator[str]:
         f"{judgement.peaks.largest_residual_nm:.2f} Nm"
     )
     for reason in judgement.why:
-        yield f"  [{colour}]{reason}[/{colour}]" + ("; the robot stopped by itself" if judgement.ended else "")
+        yield f"  [{colour}]{reason}[/{colour}]" + ("; the robot stopped without the guard" if judgement.ended else "")
     limit = threshold_of(judgement)
     if alone.first_s is not None:
         yield (
