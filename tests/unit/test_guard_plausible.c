@@ -1,6 +1,6 @@
-/* The plausibility of a joint's readings without the rest of the guard: the bounds of guard_plausible.c as numbers. At 1 kHz and
- * K = 50 1/s a joint at rest may be off by 0.0015 rad + 0.05 rad/s / 48.77 1/s = 0.002525 rad, and a joint that moves
- * by 5.5 ms of its velocity more. */
+/* The plausibility of a joint's readings without the rest of the guard: the bounds of guard_plausible.c as numbers. At
+ * 1 kHz and K = 50 1/s a joint at rest may be off by 0.0015 rad + 0.05 rad/s / 48.77 1/s = 0.002525 rad, and a joint
+ * that moves by 5.5 ms of its velocity more. */
 #include "core_fixture.h"
 #include "guard_fixture.h"
 #include "guard_parts.h"
