@@ -126,7 +126,7 @@ def test_velocities_in_degrees_are_named() -> None:
         check_joints([motion], ROBOT)
 
 
-@pytest.mark.skipif(not CASES.is_dir(), reason="no cases next to the checkout")
+@pytest.mark.skipif(not CASES.is_dir(), reason="optional: no cases next to the checkout")
 def test_the_cases_of_wrong_sign_and_degrees_are_named() -> None:
     panda = load_configuration("default", robot="panda").robot
     with pytest.raises(InputError, match=r"joint \d .*minus the model's"):
@@ -324,7 +324,7 @@ def test_calibration_works_on_a_live_bus(tmp_path: Path) -> None:
     assert (tmp_path / "calibration.toml").is_file()
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="no recordings next to the checkout")
+@pytest.mark.skipif(not DATA.is_dir(), reason="optional: no recordings next to the checkout")
 @pytest.mark.parametrize(
     ("robot", "files"),
     [

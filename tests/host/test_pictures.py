@@ -1,7 +1,6 @@
 """The picture and the page of a run show what happened, and need no other file."""
 
 import base64
-import ctypes.util
 import io
 import os
 import re
@@ -102,9 +101,8 @@ def test_a_channel_that_repeats_while_others_change_is_frozen() -> None:
     assert not frozen(np.zeros((300, 4))).any()  # an arm at rest with coarse sensors
 
 
+@pytest.mark.needs("osmesa")
 def test_a_report_has_a_film_of_the_stop_without_a_display(tmp_path: Path) -> None:
-    if ctypes.util.find_library("OSMesa") is None:
-        pytest.skip("off-screen drawing: no libosmesa6 (tools/toolbox osmesa)")
     scenario = tmp_path / "lie.toml"
     scenario.write_text(LIE)
     drivers = ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL")

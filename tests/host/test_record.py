@@ -1,7 +1,6 @@
 """Bus logs that a run records, in every format."""
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -121,7 +120,7 @@ def test_ctrl_c_of_the_command_keeps_its_recording(logs: Path, tmp_path: Path) -
     assert replayed(path, logs).equal
 
 
-@pytest.mark.skipif(shutil.which("log2asc") is None, reason="no can-utils")
+@pytest.mark.needs("can")
 def test_can_utils_read_what_was_recorded(logs: Path) -> None:
     done = subprocess.run(["log2asc", "-I", str(logs / "fd.log"), "vcan0"], capture_output=True, text=True, check=True)
     assert done.stdout.count("CANFD") == len(frames_of(logs / "fd.log"))

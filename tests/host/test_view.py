@@ -1,7 +1,6 @@
 """`--view` and `--rerun`: what is drawn and written, and the message where nothing can be drawn."""
 
 import contextlib
-import ctypes.util
 import importlib.util
 import json
 import os
@@ -61,9 +60,8 @@ def reds(pixels: np.ndarray) -> int:
     return int(((red > 0.4) & (red > 3 * green) & (red > 3 * blue)).sum())
 
 
+@pytest.mark.needs("osmesa")
 def test_a_picture_shows_where_the_arm_is_and_which_joint_tripped(tmp_path: Path) -> None:
-    if ctypes.util.find_library("OSMesa") is None:
-        pytest.skip("off-screen drawing: no libosmesa6 (tools/toolbox osmesa)")
     names = [str(tmp_path / f"{name}.png") for name in ("standing", "again", "turned", "tripped")]
     poses = [(names[0], STANDING, 0), (names[1], STANDING, 0), (names[2], TURNED, 0), (names[3], STANDING, 3)]
     done = drawing(poses, "osmesa")
