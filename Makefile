@@ -4,11 +4,11 @@ SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 export JOBS ?= 2
 VENV ?= .venv
-PYTEST = $(VENV)/bin/python -m pytest -q -n $(JOBS) $(ARGS)
-BUILT := library library-fixed kernel guard guard-fixed guard-sanitized strict-clang
+PYTEST = env -u PYTHONDONTWRITEBYTECODE $(VENV)/bin/python -m pytest -q -n $(JOBS) $(ARGS)
+BUILT := library library-fixed kernel guard guard-fixed guard-sanitized strict-clang unit-programs
 IMAGES := unit-images counting-images bench-images
 # All programs for the tests. A program that does not build fails its own tests with the reason.
-PREPARED := $(BUILT) unit-programs build/bus-peer build/bus-soak build/controller
+PREPARED := $(BUILT) build/bus-peer build/bus-soak build/controller
 LINTS := lint-gcc lint-clang lint-format lint-python lint-types lint-misra $(patsubst tools/%,current-%,$(wildcard tools/*2c))
 .PHONY: help venv demo arms figures campaign-figures $(BUILT) $(IMAGES) firmware flash bench bench-baseline bench-check bench-can \
     docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check coverage misra fuzz prove mutants faults evidence clean FORCE
