@@ -44,8 +44,8 @@ static inline num_t scale_to_num(int32_t raw, scale_t scale) {
 #endif
 }
 
-/* Nearest raw of `value`, halves away from zero, clamped to [min, max] (min <= max, both within +-65535). For values
- * that the guard reports, never for those that it decides on. NaN gives min. */
+/* Nearest raw of `value`, halves away from zero, clamped to [min, max] (min <= max). For values that the guard
+ * reports, never for those that it decides on. NaN gives min. */
 static inline int32_t scale_to_raw(num_t value, scale_t scale, int32_t min, int32_t max) {
 #ifdef TAUPERP_FIXED
     const int64_t raw = scale_round((int64_t)value * scale.per_unit, 22u);

@@ -295,3 +295,10 @@ void proof_notes(void) {
     guard_trip(&guard, reason);
     REACHED;
 }
+
+void proof_contact_init(void) {
+    guard_contact_t contact;
+    contact_init(&contact);
+    HOLDS((contact.kind == (uint8_t)CONTACT_CLASS_UNKNOWN) && !contact.touching, "no contact yet");
+    REACHED;
+}

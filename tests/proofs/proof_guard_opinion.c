@@ -1,8 +1,10 @@
-/* firmware/guard/guard_opinion.c: any opinion, any frame. e2e_seal is shown in proof_e2e.c. */
+/* firmware/guard/guard_opinion.c: any guard, any opinion, any frame. proof_num.c and proof_e2e.c show scale_to_raw and
+ * e2e_seal. */
 #include "num_stub.h"
 
-#include "guard_parts.h"
+#include "guard_any.h"
 #include "protocol.c"
+#include "raw_stub.h"
 
 void e2e_seal(uint8_t *data, uint8_t length, const uint8_t *data_ids, uint8_t counter) {
     HOLDS((length >= 2u) && (length <= CAN_FRAME_DATA_LENGTH), "what e2e_seal requires");
@@ -12,6 +14,27 @@ void e2e_seal(uint8_t *data, uint8_t length, const uint8_t *data_ids, uint8_t co
 }
 
 #include "guard_opinion.c"
+
+void proof_tell(void) {
+    guard_t guard;
+    guard_finding_t finding;
+    opinion_t opinion;
+    uint32_t channel, joint;
+    any_guard(&guard);
+    ASSUME((finding.wish >= WISH_FAULT) && (finding.wish <= WISH_GO_ON));
+    guard_tell(&guard, &finding, &opinion);
+    HOLDS(opinion.wish == (uint8_t)finding.wish, "the wish of the finding");
+    HOLDS((opinion.healthy == finding.healthy) && (opinion.tested == finding.tested) &&
+              (opinion.fresh == finding.fresh),
+          "the conditions of the finding");
+    HOLDS(opinion.trip_number == guard.trip.number, "the trip of the guard");
+    ASSUME((channel < BANK_MAX_CHANNELS) && (joint < ROBOT_MAX_JOINTS));
+    HOLDS((opinion.index[channel][joint] >= -LARGEST_U) && (opinion.index[channel][joint] <= LARGEST_U),
+          "an index is within its range");
+    HOLDS((joint < guard.joints) || ((opinion.residual[joint] == 0) && (opinion.index[channel][joint] == 0)),
+          "nothing beyond the joints");
+    REACHED;
+}
 
 void proof_opinion_event(void) {
     opinion_t opinion;

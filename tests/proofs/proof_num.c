@@ -211,8 +211,8 @@ void proof_scale_to_raw(void) {
     const num_t value = any_number();
     int32_t min, max;
     scale_t scale;
-    ASSUME((scale.per_unit >= 1) && (scale.per_unit <= 65536));
-    ASSUME((min >= -65535) && (max <= 65535) && (min <= max));
+    ASSUME((scale.per_unit >= 1) && (scale.per_unit <= 1000000));
+    ASSUME(min <= max);
     const int32_t raw = scale_to_raw(value, scale, min, max);
     HOLDS((raw >= min) && (raw <= max), "the raw value is held within its range");
     REACHED;
