@@ -9,9 +9,9 @@ BUILT := library library-fixed kernel guard guard-fixed guard-sanitized strict-c
 IMAGES := unit-images counting-images bench-images
 # All programs for the tests. A program that does not build fails its own tests with the reason.
 PREPARED := $(BUILT) build/bus-peer build/bus-soak build/controller
-LINTS := lint-gcc lint-clang lint-format lint-python lint-types lint-misra $(patsubst tools/%,current-%,$(wildcard tools/*2c))
+LINTS := lint-gcc lint-clang lint-format lint-python lint-types lint-misra lint-tidy $(patsubst tools/%,current-%,$(wildcard tools/*2c))
 .PHONY: help venv demo arms figures campaign-figures $(BUILT) $(IMAGES) firmware flash bench bench-baseline bench-check bench-can \
-    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check coverage misra fuzz prove mutants faults evidence clean FORCE
+    docs test quick host-test unit bus-test test-target lint $(LINTS) format generate generate-check coverage misra tidy fuzz prove mutants faults evidence clean FORCE
 library: ## build the firmware for the host: build/libtauperp.so
 help: ## list the commands
 	@sed -nE 's/^([a-z][a-z-]*):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 24
@@ -40,8 +40,7 @@ flash: venv ## write an image to a connected board: make flash BOARD=stm32g4 (op
 	@$(VENV)/bin/python tools/firmware --flash
 bench: ## count instructions, flash, RAM and stack of our code and of alternatives; out/bench.json
 bench-baseline: ## count our code alone, and keep the numbers as the baseline
-bench bench-baseline: venv
-	@tools/bench/run $@
+bench bench-baseline: venv; @tools/bench/run $@
 bench-check: venv ## count our code alone, and compare with the baseline
 	@$(PYTEST) tests/target/test_instruction_counts.py
 bench-can: guard build/bus-peer build/bus-soak library venv ## measure the load that the guard's process sustains on vcan; out/bus/bench.json
@@ -66,6 +65,7 @@ $(LINTS) format generate generate-check: venv
 	@tools/lint $@
 coverage: ## measure which lines, branches and conditions (MC/DC) of the firmware its unit tests reach; out/coverage/report.md
 misra: ## check MISRA C:2012 with Cppcheck; docs/safety/misra.md explains each deviation
+tidy: ## check the firmware with clang-tidy; .clang-tidy explains each check that is off
 fuzz: venv ## feed random streams of frames to the guard, with libFuzzer: make fuzz [FRAMES=1e8] [TARGET=guard|block|e2e]
 	@tools/toolbox clang19 && $(VENV)/bin/python tools/fuzz run $(or $(TARGET),guard) --frames $(or $(FRAMES),1e8)
 prove: venv ## prove properties of the fixed-point firmware with CBMC, every harness (docs/safety/proofs.md)
@@ -74,6 +74,6 @@ mutants: venv ## check that a unit test fails for each changed operator, constan
 	@$(VENV)/bin/python tools/mutate/mutate.py $(FILES)
 faults: build/faults library ## inject a million seeded faults into the guard and the stm32g4 image: out/faults/report.json (ARGUMENTS="--channels 1")
 evidence: ## run every check and write its numbers onto one page: out/evidence/index.md (under an hour)
-coverage misra faults evidence: venv
+coverage misra tidy faults evidence: venv
 	@$(VENV)/bin/python tools/$@/$@.py $(ARGUMENTS)
 clean:; @rm -rf build out ## remove build and out; .venv and .toolbox stay

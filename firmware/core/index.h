@@ -42,7 +42,7 @@ typedef enum {
     INDEX_PAYLOAD = 2,
     INDEX_CONTACT = 3,
     INDEX_REGRESSOR = 4,
-    INDEX_KIND_COUNT
+    INDEX_KIND_COUNT = 5
 } index_kind_t;
 
 typedef enum { ORDER_FILTER_FIRST = 1, ORDER_PROJECT_FIRST = 2 } index_order_t;

@@ -30,6 +30,7 @@ static bool has_offset(const robot_joint_t *joint) {
 /* Components of a vector of the parent frame in the joint's frame: rotation by the twist about x, then by the joint
  * about z. */
 NUM_STEP vec3_t turned(const num_sincos_t *turn, const vec3_t *v, uint32_t *saturations) {
+    /* NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): written by forward() for each joint, at least one */
     return (vec3_t){.x = num_narrow(num_wide(turn->cos, v->x) + num_wide(turn->sin, v->y), saturations),
                     .y = num_narrow(num_wide(turn->cos, v->y) - num_wide(turn->sin, v->x), saturations),
                     .z = v->z};

@@ -14,5 +14,6 @@ static uint32_t rank(guard_reason_t reason) {
 }
 
 guard_reason_t reason_worse(guard_reason_t first, guard_reason_t second) {
+    /* NOLINTNEXTLINE(clang-analyzer-optin.core.EnumCastOutOfRange): an unknown reason is kept, and ranks with FAULT */
     return (rank(second) > rank(first)) ? second : first;
 }

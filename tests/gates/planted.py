@@ -69,10 +69,22 @@ void *bank_planted(void) {
 }
 """
 
+SAME_BRANCHES = """
+int bank_planted(int value);
+int bank_planted(int value) {
+    if (value == 1) {
+        return value;
+    } else {
+        return value;
+    }
+}
+"""
+
 PLANTS = [
     Plant(f"{LINT}_gcc", BANK, "", C_VIOLATION, "-Werror=conversion", alone=True),
     Plant(f"{LINT}_clang", BANK, "", C_VIOLATION, "-Wshorten-64-to-32", alone=True, needs="clang"),
     Plant(f"{LINT}_misra", BANK, "", GOTO, r"bank\.c:\d+: 15\.1", alone=True),
+    Plant(f"{LINT}_tidy", BANK, "", SAME_BRANCHES, r"bank\.c:\d+: .*bugprone-branch-clone", alone=True),
     Plant(f"{LINT}_types", "host/tauperp/errors.py", "", "\nPLANTED: int = 'text'\n", "Incompatible types"),
     Plant(f"{LINT}[format]", BANK, "", "\nint  planted ;\n", "bank.c:.*clang-format"),
     Plant(f"{LINT}[format]", "tests/checkout.py", "", "PLANTED  =  1\n", r"-PLANTED  =  1"),

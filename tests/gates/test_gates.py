@@ -28,6 +28,11 @@ def test_lint_misra() -> None:
 
 
 @pytest.mark.slow
+def test_lint_tidy() -> None:
+    holds("lint-tidy")
+
+
+@pytest.mark.slow
 def test_lint_types() -> None:
     holds("lint-types")
 

@@ -8,8 +8,10 @@
 
 typedef uint32_t __attribute__((may_alias)) word_t;
 
+/* NOLINTBEGIN(misc-use-internal-linkage): the compiler calls these two where it clears and copies structs */
 void *memset(void *to, int byte, size_t length);
 void *memcpy(void *restrict to, const void *restrict from, size_t length);
+/* NOLINTEND(misc-use-internal-linkage) */
 
 BY_ITSELF void *memset(void *to, int byte, size_t length) {
     uint8_t *at = to;

@@ -9,6 +9,7 @@
 extern uint32_t linker_data_start[], linker_data_end[], linker_data_load[];
 extern uint32_t linker_bss_start[], linker_bss_end[], linker_stack_top[];
 
+/* NOLINTNEXTLINE(misc-use-internal-linkage): stm32g4.ld names it as the entry, and the vector table calls it */
 _Noreturn void reset_handler(void);
 
 _Noreturn void reset_handler(void) {

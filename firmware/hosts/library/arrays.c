@@ -1,4 +1,5 @@
 #include "arrays.h"
+#include <stddef.h>
 
 static void copy(num_t to[], const num_t from[], uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
@@ -31,7 +32,8 @@ uint32_t tauperp_core_steps(tauperp_core_t *self, const guard_config_t *config, 
     for (uint32_t row = 0; row < rows; row++) {
         const uint32_t at = row * n;
         const task_config_t *chosen = &config->task[task[row]];
-        const vec3_t wanted = {acceleration[3u * row], acceleration[3u * row + 1u], acceleration[3u * row + 2u]};
+        const num_t *const a = &acceleration[(size_t)row * 3u];
+        const vec3_t wanted = {a[0], a[1], a[2]};
         motion_step(&self->motion, robot, &q[at], &qd[at]);
         observer_step(&self->observer, &config->observer, n, &self->motion, &tau[at], 1u);
         acceleration_step(&self->acceleration, &config->acceleration, &config->observer, &self->observer, robot,

@@ -17,6 +17,7 @@ static bool path_of(char path[PATH_MAX]) {
         return false;
     }
     const size_t length = strlen(folder);
+    /* NOLINTNEXTLINE(bugprone-not-null-terminated-result): file_name, which follows, ends with the null */
     (void)memcpy(path, folder, length);
     (void)memcpy(path + length, file_name, sizeof file_name);
     return true;
