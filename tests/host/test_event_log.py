@@ -62,7 +62,7 @@ def test_an_event_holds_r_and_index_around_the_trip(
     assert (event.trip, event.reason, event.joint) == (1, Reason.COLLISION, 2)
     assert event.step_s == pytest.approx(0.005)
     threshold = configuration.threshold_nm("none")[1]
-    row = int(np.argmax(np.abs(index[:, 1]) > threshold)) + 1  # a debounce of two ticks
+    row = int(np.argmax(np.abs(index[:, 1]) > threshold))
     rows = slice(row - event.before, row + 1 + AFTER)
     np.testing.assert_allclose(event.residual, residual[rows], atol=0.0051)
     np.testing.assert_allclose(event.index, index[rows], atol=0.0051)

@@ -66,7 +66,9 @@ def test_an_unknown_load_on_a_ur10e_does_not_move_the_payload_index(tmp_path: Pa
     assert payload["permitted_share"] > 0.9
 
 
-def test_the_bank_finds_more_pushes_into_free_motion_than_a_single_gain(tmp_path: Path) -> None:
+def test_the_bank_finds_more_pushes_into_free_motion_than_a_single_gain(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Thresholds from the first half, pushes into the second; the observer at K = 50 on the same signals."""
     (tmp_path / "plan.toml").write_text(
         'robot = "panda_bare"\ncollisions = 400\ntasks = ["none"]\n'
@@ -75,6 +77,8 @@ def test_the_bank_finds_more_pushes_into_free_motion_than_a_single_gain(tmp_path
     assert cli.main(["campaign", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "out")]) == 0
     content = json.loads((tmp_path / "out" / "report.json").read_text())
     (task,) = content["tasks"]
+    assert task["contact"] is None
+    assert "identified" not in capsys.readouterr().out
     guard, *others = task["detectors"]
     single = next(one for one in others if one["detector"] == "threshold on r, K = 50")
     print(f"guard {guard['rate']:.1%}, {single['detector']} {single['rate']:.1%}")

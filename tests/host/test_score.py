@@ -1,6 +1,7 @@
 """A score states its basis: the source of the offsets, gaps, what was tested, and why something was not."""
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -226,8 +227,11 @@ def test_an_excess_counts_whether_or_not_the_guard_is_stopped(configuration: Con
     recording = still(4.0)
     recording.tau[400:600, 1] += 5.0  # one second without a label
     playback, result = scored(recording, configuration)
-    assert result.above_s == pytest.approx(1.0, abs=0.05)
-    assert result.largest_share[1] == pytest.approx(5.0 / configuration.threshold_nm("none")[1], rel=0.02)
+    share = configuration.threshold_nm("none")[1] / 5.0
+    (channel,) = configuration.settings.bank.channel
+    rise_s, fall_s = -math.log(1 - share) / channel.low_pass_per_s, -math.log(share) / channel.low_pass_per_s
+    assert result.above_s == pytest.approx(1.0 - rise_s + fall_s, abs=0.015)
+    assert result.largest_share[1] == pytest.approx(1 / share, rel=0.02)
     assert result.largest_index_nm[1] == pytest.approx(5.0, rel=0.02)
     assert len(result.alarms) == 1
     assert result.permitted_share < 0.75

@@ -71,6 +71,8 @@ def _write(plan: Plan, folder: Path, outcomes: Sequence[Outcome], effort: Effort
         detectors = one.compared.detectors
         limits = [[round(float(value), 3) for value in detector.threshold_nm] for detector in detectors]
         summaries.append(summarise(one.task, one.free, one.hits, [detector.name for detector in detectors], limits))
+        if plan.file.recording is not None:  # a push ends at the stop, before the guard identifies it
+            summaries[-1]["contact"] = None
         delays[one.task] = [_found_after(judged(one.hits), k) for k in range(len(detectors))]
     library = load_library(plan.file.numeric)
     configuration = outcomes[0].compared.configurations[0]
@@ -150,7 +152,8 @@ def lines(report: dict[str, Any]) -> list[str]:
             text.append(
                 f"         stops for an input (missing, frozen, implausible): {one['false_stops']['input_stops']}"
             )
-        text.append("         " + contact_line(one["contact"]))
+        if one["contact"] is not None:
+            text.append("         " + contact_line(one["contact"]))
         others = {name: count for name, count in one["statuses"].items() if name != "done"}
         if others:
             text.append("         not judged: " + ", ".join(f"{name} {count}" for name, count in others.items()))
@@ -193,12 +196,8 @@ def _html(title: str, report: dict[str, Any], png: bytes) -> str:
         rows += [[_range(group, "kg"), *_cells(group)] for group in one["by_payload"]]
         rows += [[group["kind"], *_cells(group)] for group in one["by_kind"]]
         parts.append(page.table(("", *_HEADER), rows))
-        contact = one["contact"]
-        parts.append(
-            page.table(("hit", "not known", *(f"reported {link}" for link in contact["links"])), link_rows(contact))
-        )
-        parts.append(page.table(("push", *(name.lower() for name in contact["classes"])), class_rows(contact)))
-        parts.append(page.note(_force_note(contact)))
+        if one["contact"] is not None:
+            parts += _contact_parts(one["contact"])
         compared = [
             [
                 detector["detector"],
@@ -213,6 +212,15 @@ def _html(title: str, report: dict[str, Any], png: bytes) -> str:
         parts.append(page.table(("detector", "found", "median ms", "p95 ms", "false moves", "thresholds Nm"), compared))
     parts.append(page.note(provenance_line(report["hashes"]) + f"; plan {report['digest']}; {report['sensors']}"))
     return page.page(title, parts)
+
+
+def _contact_parts(contact: dict[str, Any]) -> list[str]:
+    """What the guard said of the contacts."""
+    return [
+        page.table(("hit", "not known", *(f"reported {link}" for link in contact["links"])), link_rows(contact)),
+        page.table(("push", *(name.lower() for name in contact["classes"])), class_rows(contact)),
+        page.note(_force_note(contact)),
+    ]
 
 
 def _force_note(contact: dict[str, Any]) -> str:
