@@ -34,4 +34,6 @@ target_compile_options(settings-second INTERFACE
     "$<$<COMPILE_LANGUAGE:C>:SHELL:-include ${TAUPERP_FIRMWARE}/api/names.h>")
 if(TAUPERP_COVERAGE) # lines of the second channel count where its numeric type is the first one
     target_compile_options(settings-second INTERFACE -fno-profile-instr-generate -fno-coverage-mapping -fno-coverage-mcdc)
+    set_source_files_properties("${TAUPERP_FIRMWARE}/pair/second.c" PROPERTIES # compiled for it alone
+        COMPILE_OPTIONS "-fprofile-instr-generate;-fcoverage-mapping;-fcoverage-mcdc")
 endif()

@@ -111,6 +111,12 @@ function(tauperp_unit_programs numeric)
             OUTPUT_NAME ${name} RUNTIME_OUTPUT_DIRECTORY "${TAUPERP_UNIT_OUTPUT}/${numeric}")
         add_dependencies(unit-programs-${numeric} ${name}-${numeric})
     endforeach()
+    if(second_${numeric}) # its block, compiled as the second channel is
+        tauperp_object_library(unit-second-block settings-second "${PROJECT_SOURCE_DIR}/tests/unit/second_block.c")
+        target_include_directories(unit-second-block SYSTEM PRIVATE "${unity}")
+        add_dependencies(unit-second-block unity)
+        target_sources(test_board_pair-${numeric} PRIVATE $<TARGET_OBJECTS:unit-second-block>)
+    endif()
 endfunction()
 
 function(tauperp_host_settings numeric)

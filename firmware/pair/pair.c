@@ -59,10 +59,6 @@ static guard_status_t join(pair_t *self, const guard_config_t *first, const void
     return GUARD_BAD_PAIR;
 }
 
-static void tick_both(pair_t *self, uint64_t now_us, guard_output_t *out) {
-    guard_tick(&self->guard, now_us, out);
-}
-
 #define SECOND(self, call) (void)0
 
 #endif
@@ -89,11 +85,13 @@ bool pair_cycle_complete(const pair_t *self) {
 }
 
 void pair_tick(pair_t *self, uint64_t now_us, guard_output_t *out) {
-    if ((self->guard.config == NULL) || guard_is_alone(&self->guard)) {
-        guard_tick(&self->guard, now_us, out);
-    } else {
+#if TAUPERP_CHANNELS == 2
+    if ((self->guard.config != NULL) && !guard_is_alone(&self->guard)) {
         tick_both(self, now_us, out);
+        return;
     }
+#endif
+    guard_tick(&self->guard, now_us, out);
 }
 
 void pair_note_tick_time(pair_t *self, uint32_t tick_us) {
