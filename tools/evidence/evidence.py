@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Runs the checks of parts.toml and writes one page on which each number has its command, commit and hash.
 
-    evidence.py [--out out/evidence] [--parts FILE] [--minutes 60] [--only WORD...]
+    evidence.py [--out out/evidence] [--parts FILE] [--minutes 60] [--patience 1] [--only WORD...]
 
 A part is green if its command ends with 0. It is red if the command fails, takes too long or does not exist yet ("not
 available"). The complete output of each part is a file next to the page, and the page states its SHA-256. The page is
-index.md. Exit code 1 if anything is red.
+index.md: it is written at the end, or not at all. The former page and its files are removed first. --patience
+multiplies every time limit, for a machine with other work; the seconds of processor time show what an idle one needs.
+Exit code 1 if anything is red or the sources changed meanwhile, 130 after Ctrl-C.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 import tomllib
 from dataclasses import dataclass
@@ -47,6 +50,7 @@ class Result:
     part: Part
     status: str  # "green", "red", "not available", "not run: no time left"
     seconds: float = 0.0
+    cpu_seconds: float = 0.0
     log: Path | None = None
     digest: str = ""
     lines: tuple[str, ...] = ()
@@ -66,27 +70,48 @@ def is_available(goal: str, root: Path) -> bool:
     return re.search(rf"^{re.escape(goal)}:", database, re.MULTILINE) is not None
 
 
-def run(part: Part, folder: Path, root: Path, left_s: float) -> Result:
+def run(part: Part, folder: Path, root: Path, left_s: float, patience: float) -> Result:
     if not is_available(part.goal, root):
         return Result(part, "not available")
     if left_s <= 0:
         return Result(part, "not run: no time left")
-    log = folder / (re.sub(r"[^a-z0-9]+", "-", part.name.lower()).strip("-") + ".log")
+    log = folder / f"{slug(part.name)}.log"
     began = time.monotonic()
-    with open(log, "wb") as file:
-        process = subprocess.Popen(
-            part.command, shell=True, cwd=root, stdout=file, stderr=subprocess.STDOUT, start_new_session=True
-        )
-        try:
-            code: int | None = process.wait(min(part.minutes * 60, left_s))
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            code = None
+    code, cpu_s = finished(part.command, log, root, min(part.minutes * 60 * patience, left_s))
     status = "green" if code == 0 else "red: took too long" if code is None else f"red: exit code {code}"
     text = log.read_bytes()
     lines = kept(text.decode("utf-8", "replace"), part.keep)
-    return Result(part, status, time.monotonic() - began, log, hashlib.sha256(text).hexdigest(), lines)
+    return Result(part, status, time.monotonic() - began, cpu_s, log, hashlib.sha256(text).hexdigest(), lines)
+
+
+def slug(name: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+
+
+def finished(command: str, log: Path, root: Path, limit_s: float) -> tuple[int | None, float]:
+    """Exit code, None after the time limit; and seconds of processor time of all its processes that it waited for."""
+    with open(log, "wb") as file:
+        process = subprocess.Popen(
+            command, shell=True, cwd=root, stdout=file, stderr=subprocess.STDOUT, start_new_session=True
+        )
+    late = threading.Event()
+
+    def stop() -> None:
+        late.set()
+        os.killpg(process.pid, signal.SIGKILL)
+
+    timer = threading.Timer(limit_s, stop)
+    timer.start()
+    try:
+        _, status, usage = os.wait4(process.pid, 0)
+    except BaseException:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        raise
+    finally:
+        timer.cancel()
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return None if late.is_set() else process.returncode, usage.ru_utime + usage.ru_stime
 
 
 def kept(text: str, keep: str) -> tuple[str, ...]:
@@ -103,23 +128,25 @@ def commit(root: Path) -> str:
     return (git("rev-parse", "HEAD") or "no commit") + changed
 
 
-def page(results: list[Result], head: str) -> str:
+def page(results: list[Result], head: str, minutes: float) -> str:
     red = [result for result in results if not result.green]
     now = datetime.now(UTC)
+    cpu_s = sum(result.cpu_seconds for result in results)
     lines = [
         "# Evidence",
         "",
         f"Commit {head}.",
         f"{now:%Y-%m-%d %H:%M} UTC, {platform.system()} {platform.machine()}, {os.cpu_count()} processors.",
-        f"**{'RED' if red else 'GREEN'}**: {len(results) - len(red)} of {len(results)} parts are green.",
+        f"**{'RED' if red or not results else 'GREEN'}**: {len(results) - len(red)} of {len(results)} parts are green.",
+        f"{cpu_s:,.0f} seconds of processor time; two cores have {2 * 60 * minutes:,.0f} in {minutes:.0f} minutes.",
         "",
-        "| part | status | command | seconds | SHA-256 of its output |",
-        "|---|---|---|---|---|",
+        "| part | status | command | seconds | of processor time | SHA-256 of its output |",
+        "|---|---|---|---|---|---|",
     ]
     for result in results:
         lines.append(
             f"| {result.part.name} | {result.status} | `{result.part.command}` | {result.seconds:.0f} |"
-            f" {result.digest[:16] or '-'} |"
+            f" {result.cpu_seconds:.0f} | {result.digest[:16] or '-'} |"
         )
     for result in results:
         lines += ["", f"## {result.part.name}", ""]
@@ -143,20 +170,31 @@ def main(arguments: list[str] | None = None, root: Path = ROOT) -> int:
     parser.add_argument("--parts", type=Path, default=Path(__file__).with_name("parts.toml"))
     parser.add_argument("--minutes", type=float, default=60.0, help="for all parts together")
     parser.add_argument("--only", nargs="*", default=[], metavar="WORD", help="parts whose goal is one of these")
+    parser.add_argument("--patience", type=float, default=1.0, help="factor of every time limit")
     options = parser.parse_args(arguments)
+    parts = [part for part in read(options.parts) if not options.only or part.goal in options.only]
     options.out.mkdir(parents=True, exist_ok=True)
-    end_s = time.monotonic() + options.minutes * 60
-    results: list[Result] = []
+    for old in [options.out / "index.md", *options.out.glob("*.log")]:
+        old.unlink(missing_ok=True)
     head = commit(root)
-    for part in read(options.parts):
-        if options.only and part.goal not in options.only:
-            continue
-        result = run(part, options.out, root, end_s - time.monotonic())
-        print(f"{result.status:24} {part.name}", flush=True)
-        results.append(result)
-        (options.out / "index.md").write_text(page(results, head), encoding="utf-8")
-    print(f"{options.out / 'index.md'}")
-    return 0 if results and all(result.green for result in results) else 1
+    end_s = time.monotonic() + options.minutes * 60 * options.patience
+    results: list[Result] = []
+    try:
+        for part in parts:
+            result = run(part, options.out, root, end_s - time.monotonic(), options.patience)
+            print(f"{result.status:24} {result.cpu_seconds:6.0f} s  {part.name}", flush=True)
+            results.append(result)
+    except KeyboardInterrupt:
+        print("interrupted: no page", flush=True)
+        return 130
+    if commit(root) != head:
+        results.append(Result(Part("The sources stayed the same", "", "git status", 0), "red: they changed meanwhile"))
+    written = options.out / "index.new"
+    written.write_text(page(results, head, options.minutes), encoding="utf-8")
+    written.replace(options.out / "index.md")
+    red = [f"{result.status}: {result.part.name}" for result in results if not result.green]
+    print("\n".join([str(options.out / "index.md"), *red]))
+    return 0 if results and not red else 1
 
 
 if __name__ == "__main__":
