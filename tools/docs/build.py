@@ -21,7 +21,7 @@ from tauperp.files import repository_root, write_atomically
 ROOT = repository_root()
 DOCS = "docs"
 LINK = re.compile(r"(!?\[[^\]]*\]\()(?!https?:|#|mailto:)([^)#\s]+)(#[^)\s]*)?(\))")
-CODE = re.compile(r"(^```.*?^```$|^(?:    .*\n)+|`[^`\n]*`)", re.MULTILINE | re.DOTALL)
+CODE = re.compile(r"(^```.*?^```$|^(?:    [^\n]*\n)+|`[^`\n]*`)", re.MULTILINE | re.DOTALL)
 GENERATED = {
     f"{DOCS}/troubleshooting.md": pages.troubleshooting,
     f"{DOCS}/reference/settings.md": pages.settings,
