@@ -51,11 +51,11 @@ class Plant:
 C_VIOLATION = "\nint bank_planted(long value);\nint bank_planted(long value) {\n    return value;\n}\n"
 
 GOTO = """
-void bank_planted(bank_t *bank);
-void bank_planted(bank_t *bank) {
+void soft_planted(int *value);
+void soft_planted(int *value) {
     goto end;
 end:
-    *bank = (bank_t){0};
+    *value = 0;
 }
 """
 
@@ -70,8 +70,8 @@ void *bank_planted(void) {
 """
 
 SAME_BRANCHES = """
-int bank_planted(int value);
-int bank_planted(int value) {
+int detector_planted(int value);
+int detector_planted(int value) {
     if (value == 1) {
         return value;
     } else {
@@ -83,8 +83,15 @@ int bank_planted(int value) {
 PLANTS = [
     Plant(f"{LINT}_gcc", BANK, "", C_VIOLATION, "-Werror=conversion", alone=True),
     Plant(f"{LINT}_clang", BANK, "", C_VIOLATION, "-Wshorten-64-to-32", alone=True, needs="clang"),
-    Plant(f"{LINT}_misra", BANK, "", GOTO, r"bank\.c:\d+: 15\.1", alone=True),
-    Plant(f"{LINT}_tidy", BANK, "", SAME_BRANCHES, r"bank\.c:\d+: .*bugprone-branch-clone", alone=True),
+    Plant(f"{LINT}_misra", "firmware/core/soft.c", "", GOTO, r"soft\.c:\d+: 15\.1", alone=True),
+    Plant(
+        f"{LINT}_tidy",
+        "firmware/core/detector.c",
+        "",
+        SAME_BRANCHES,
+        r"detector\.c:\d+: .*bugprone-branch-clone",
+        alone=True,
+    ),
     Plant(f"{LINT}_types", "host/tauperp/errors.py", "", "\nPLANTED: int = 'text'\n", "Incompatible types"),
     Plant(f"{LINT}[format]", BANK, "", "\nint  planted ;\n", "bank.c:.*clang-format"),
     Plant(f"{LINT}[format]", "tests/checkout.py", "", "PLANTED  =  1\n", r"-PLANTED  =  1"),
@@ -127,13 +134,6 @@ PLANTS = [
         "wire/e2e.c -> core",
     ),
     Plant(
-        f"{LAYERS}no_include_goes_to_a_higher_layer",
-        "firmware/wire/e2e.c",
-        "",
-        '\n#include "bank.h"\n',
-        "wire/e2e.c -> core",
-    ),
-    Plant(
         f"{LAYERS}no_import_of_the_host_goes_to_a_higher_layer",
         "host/tauperp/sim/arm.py",
         "",
@@ -156,7 +156,7 @@ PLANTS = [
     ),
     Plant(
         f"{DOCS}every_link_between_pages_leads_to_a_page_and_a_heading",
-        "docs/guide.md",
+        "docs/porting.md",
         "",
         "\n[gone](gone.md)\n",
         "gone.md does not exist",
@@ -224,6 +224,9 @@ def copy_of_the_checkout(folder: Path) -> None:
     names = subprocess.run(listing, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\0")
     built = [str(file.relative_to(ROOT)) for file in ROOT.glob("build/**/libtauperp.so")]
     built += [str(file.relative_to(ROOT)) for file in ROOT.glob("build/**/tauperp.cdef.h")]
+    # Results of mypy for unchanged files: it compares a hash of each file.
+    cache = ROOT / ".mypy_cache"
+    built += [str(file.relative_to(ROOT)) for file in cache.rglob("*")]
     for name in [name for name in names + built if name and (ROOT / name).is_file()]:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, folder / name)
