@@ -7,7 +7,8 @@ returned in the DBC's units (rad, rad/s, Nm, m/s^2), `CRC` and `Counter` left ou
 import enum
 import zlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -185,24 +186,11 @@ class Wire:
         """
         path = dbc_path() if path is None else Path(path)
         try:
-            content = path.read_bytes()
-            database = cantools.database.load_string(content.decode("utf-8"), "dbc")
+            return replace(_wire_of(path.read_bytes()), path=path)
         except OSError as error:
             raise InputError(f"{path}: cannot read the wire's DBC file: {error.strerror}") from error
-        except (cantools.Error, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: not a DBC file: {' '.join(str(error).split())}") from error
-        if not isinstance(database, Database) or database.dbc is None:
-            raise InputError(f"{path}: not a DBC file")
-        try:
-            version = int(database.dbc.attributes["WireVersion"].value)
-            messages = {message.name: _message(message) for message in database.messages}
-            _check_data_ids(messages.values())
-        except KeyError as error:
-            raise InputError(f"{path}: attribute {error.args[0]} is missing") from error
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
-        by_id = {message.id: message for message in messages.values()}
-        return cls(path, zlib.crc32(_meaning(version, by_id).encode()), version, database, messages, by_id)
 
     @property
     def hash(self) -> str:
@@ -215,6 +203,25 @@ class Wire:
             return self.messages[name]
         except KeyError:
             raise InputError(f"{self.path.name}: no message {name}") from None
+
+
+@lru_cache(maxsize=4)  # cantools takes 15 ms, and each configuration reads the wire
+def _wire_of(content: bytes) -> Wire:
+    """The wire of a DBC file's content, without a path."""
+    try:
+        database = cantools.database.load_string(content.decode("utf-8"), "dbc")
+    except (cantools.Error, UnicodeDecodeError) as error:
+        raise InputError(f"not a DBC file: {' '.join(str(error).split())}") from error
+    if not isinstance(database, Database) or database.dbc is None:
+        raise InputError("not a DBC file")
+    try:
+        version = int(database.dbc.attributes["WireVersion"].value)
+        messages = {message.name: _message(message) for message in database.messages}
+    except KeyError as error:
+        raise InputError(f"attribute {error.args[0]} is missing") from error
+    _check_data_ids(messages.values())
+    by_id = {message.id: message for message in messages.values()}
+    return Wire(Path(), zlib.crc32(_meaning(version, by_id).encode()), version, database, messages, by_id)
 
 
 def _meaning(version: int, by_id: Mapping[int, WireMessage]) -> str:

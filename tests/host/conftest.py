@@ -1,5 +1,7 @@
 """Fixtures that several files of tests share."""
 
+import fcntl
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,10 +13,20 @@ from tauperp.cli import main
 
 @pytest.fixture(scope="session")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a scenario of one collision, run once in each frame format and recorded as candump does."""
-    folder = tmp_path_factory.mktemp("logs")
-    for form in ("fd", "classic"):
-        assert main(["run", str(scenario(folder, form)), "--record", str(folder / f"{form}.log"), "--json"]) == 0
+    """A folder with a scenario of one collision, run once in each frame format and recorded as candump does.
+
+    The workers of one run share it.
+    """
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "logs"
+    folder.mkdir(exist_ok=True)
+    with open(folder / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for form in ("fd", "classic"):
+            log, whole = folder / f"{form}.log", folder / f"{form}.whole"
+            if not whole.exists():
+                assert main(["run", str(scenario(folder, form)), "--record", str(log), "--json"]) == 0
+                whole.touch()
     return folder
 
 
