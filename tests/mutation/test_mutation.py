@@ -51,29 +51,79 @@ def test_constant_expressions_are_not_mutated() -> None:
     assert instrumented(text) == (text, [])
 
 
-@pytest.mark.parametrize(("is_active", "result"), [(False, 12), (True, 3)])
-def test_a_mutant_is_selected_at_run_time(tmp_path: Path, is_active: bool, result: int) -> None:
-    text, keys = instrumented("int f(int a, int b) { return a * b; }")
-    number = 1 + keys.index("a.c:f: a * b -> a / b #1")
+def run_c(folder: Path, text: str, body: str) -> int:
+    """The exit code of main with this body, beside the instrumented text."""
     globals_ = (
         "int mutant_active; unsigned char mutant_reached[99];\n"
         "unsigned long long mutant_steps, mutant_limit; void mutant_hangs(void) {}\n"
     )
-    main = f"int main(int n, char **v) {{ mutant_active = (n > 1) ? {number} : 0; return f(6, 2); }}\n"
-    (tmp_path / "a.c").write_text(globals_ + text + main)
-    subprocess.run(["gcc", "-include", ROOT / "tools/mutate/mutant.h", "a.c", "-o", "a"], cwd=tmp_path, check=True)
-    command = [str(tmp_path / "a"), "x"] if is_active else [str(tmp_path / "a")]
-    assert subprocess.run(command, check=False).returncode == result
+    (folder / "a.c").write_text(f"{globals_}{text}\nint main(void) {{ {body} }}\n")
+    subprocess.run(["gcc", "-include", ROOT / "tools/mutate/mutant.h", "a.c", "-o", "a"], cwd=folder, check=True)
+    return subprocess.run([str(folder / "a")], check=False).returncode
+
+
+@pytest.mark.parametrize(
+    ("operation", "change", "operands", "results"),
+    [
+        ("a * b", "a * b -> a / b", "6, 2", (12, 3)),
+        ("a < b", "a < b -> a <= b", "2, 2", (0, 1)),
+        ("a < 3", "3 -> 3 + 1", "3, 0", (0, 1)),
+        ("a && b", "a && b -> a || b", "1, 0", (0, 1)),
+        ("a || b / a", "a || b / a -> a && b / a", "1, 0", (1, 0)),
+    ],
+)
+def test_a_mutant_is_selected_at_run_time(
+    tmp_path: Path, operation: str, change: str, operands: str, results: tuple[int, int]
+) -> None:
+    text, keys = instrumented(f"int f(int a, int b) {{ return {operation}; }}")
+    number = 1 + keys.index(f"a.c:f: {change} #1")
+    assert run_c(tmp_path, text, f"return f({operands});") == results[0]
+    assert run_c(tmp_path, text, f"mutant_active = {number}; return f({operands});") == results[1]
+
+
+@pytest.mark.parametrize(
+    ("operation", "change", "same", "other"),
+    [
+        ("a < b", "a < b -> a <= b", "1, 2", "2, 2"),
+        ("a < 3", "3 -> 3 + 1", "2, 0", "3, 0"),
+        ("a + b", "a + b -> a - b", "1, 0", "1, 1"),
+        ("a && b", "a && b -> a || b", "1, 1", "0, 1"),
+    ],
+)
+def test_a_mutant_that_changes_no_value_is_not_run(
+    tmp_path: Path, operation: str, change: str, same: str, other: str
+) -> None:
+    text, keys = instrumented(f"int f(int a, int b) {{ return {operation}; }}")
+    number = 1 + keys.index(f"a.c:f: {change} #1")
+    assert run_c(tmp_path, text, f"f({same}); return mutant_reached[{number}];") == 0
+    assert run_c(tmp_path, text, f"f({other}); return mutant_reached[{number}];") == 1
 
 
 def test_every_entry_of_the_list_has_a_reason() -> None:
     assert all(reason for changes in tomllib.loads(LIST.read_text()).values() for reason in changes.values())
 
 
+def mutate(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(ROOT / "tools" / "mutate" / "mutate.py"), *arguments]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
 @pytest.mark.slow
 @pytest.mark.needs("unity")
 def test_no_mutant_of_the_sample_survives_unlisted() -> None:
-    command = [sys.executable, str(ROOT / "tools" / "mutate" / "mutate.py"), *JUDGED, "--sample", str(SAMPLE)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = mutate(*JUDGED, "--sample", str(SAMPLE))
     print(done.stdout)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+
+
+@pytest.mark.slow
+@pytest.mark.needs("unity")
+def test_a_survivor_without_a_reason_is_an_error(tmp_path: Path) -> None:
+    change = "reach < NUM(60) -> reach <= NUM(60) #1"
+    rest = [line for line in LIST.read_text().splitlines(keepends=True) if change not in line]
+    (tmp_path / "survivors.toml").write_text("".join(rest))
+    key = f"core/robot.c:reach_is_moderate: {change}"
+    assert mutate("--only", key).returncode == 0
+    done = mutate("--only", key, "--list", str(tmp_path / "survivors.toml"))
+    assert done.returncode == 1
+    assert f"survives and is not listed: {key}" in done.stdout

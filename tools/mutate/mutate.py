@@ -11,6 +11,7 @@ tests/mutation/survivors.toml lists the survivors with the reason why no test ca
 """
 
 import argparse
+import fcntl
 import json
 import random
 import sys
@@ -26,6 +27,8 @@ LIST = ROOT / "tests" / "mutation" / "survivors.toml"
 KILLERS = BUILD / "killers.json"  # the test that killed a mutant the last time; saves time, decides nothing
 BITS = "test_bits_"  # programs that compare with recorded bits
 UNREVIEWED = "unreviewed"
+FEW = 8  # tests: as many are tried first
+LIKELY = 4  # tests that are tried first because they killed other mutants: of the function, of the file, of all
 SEED = 4711
 SPARSE = 100  # divides the repetitions of random tests, as on the emulated targets
 HEAD = f"""# Mutants that no unit test kills, by file and function, with the reason.
@@ -57,6 +60,10 @@ class Judge:
             last = {self.killers.get(self.keys[mutant], [""])[0] for mutant in self.alive}
             if numeric in last and self.prepare(numeric):
                 self.by_the_same_test(numeric)
+        for numeric in NUMERICS:
+            if self.prepare(numeric):
+                self.by_few_tests(numeric)
+                self.by_likely_tests(numeric)
         rounds = [self.by_its_own_tests, self.by_bits]
         for numeric in NUMERICS:
             for round_of in rounds if self.near_only else [*rounds, self.by_any_test]:
@@ -78,6 +85,43 @@ class Judge:
                 if (killer := tuple(self.killers.get(self.keys[mutant], ()))) in last
             }
             self.judge(numeric, name, jobs)
+
+    def by_few_tests(self, numeric: str) -> None:
+        """Mutants that only few tests reach: by all of these, which were likely written for them."""
+        jobs: dict[str, dict[int, list[Test]]] = {}
+        for mutant in sorted(self.alive):
+            reaching = [
+                (name, test)
+                for name, tests in self.reached[numeric].items()
+                for test in tests
+                if mutant in test.reaches
+            ]
+            for name, test in reaching if len(reaching) <= FEW else []:
+                jobs.setdefault(name, {}).setdefault(mutant, []).append(test)
+        self.judge_all(numeric, jobs)
+
+    def judge_all(self, numeric: str, jobs: dict[str, dict[int, list[Test]]]) -> None:
+        for name in [*self.in_order(numeric), *(name for name in jobs if name.startswith(BITS))]:
+            left = {mutant: due for mutant, due in jobs.get(name, {}).items() if mutant in self.alive}
+            self.judge(numeric, name, left)
+
+    def by_likely_tests(self, numeric: str) -> None:
+        """The tests that killed most mutants of the same function, of the same file, and of all, the last time."""
+        killers: dict[str, Counter[tuple[str, str]]] = {}
+        for key, (_, program, test) in self.killers.items():
+            for place in (key.partition(": ")[0], key.partition(":")[0], ""):
+                killers.setdefault(place, Counter())[program, test] += not program.startswith(BITS)
+        tests = {(name, test.name): test for name, tests in self.reached[numeric].items() for test in tests}
+        jobs: dict[str, dict[int, list[Test]]] = {}
+        for mutant in sorted(self.alive):
+            key = self.keys[mutant]
+            due: dict[tuple[str, str], Test] = {}
+            for place in (key.partition(": ")[0], key.partition(":")[0], ""):
+                likely = [one for one, kills in killers.get(place, Counter()).most_common() if kills and one in tests]
+                due |= {one: tests[one] for one in [one for one in likely if mutant in tests[one].reaches][:LIKELY]}
+            for (name, _), test in due.items():
+                jobs.setdefault(name, {}).setdefault(mutant, []).append(test)
+        self.judge_all(numeric, jobs)
 
     def by_its_own_tests(self, numeric: str) -> None:
         """test_guard_report for guard_report.c, then every test_guard_* for it."""
@@ -125,11 +169,9 @@ class Judge:
         return len(died)
 
 
-def listed() -> dict[str, str]:
+def listed(path: Path) -> dict[str, str]:
     """Reasons by the key of a mutant."""
-    if not LIST.exists():
-        return {}
-    entries = tomllib.loads(LIST.read_text())
+    entries = tomllib.loads(path.read_text())
     return {f"{where}: {change}": reason for where, changes in entries.items() for change, reason in changes.items()}
 
 
@@ -137,7 +179,7 @@ def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-def write(entries: dict[str, str]) -> None:
+def write(path: Path, entries: dict[str, str]) -> None:
     lines, place = [HEAD], ""
     for key, reason in sorted(entries.items()):
         where, _, change = key.partition(": ")
@@ -145,8 +187,7 @@ def write(entries: dict[str, str]) -> None:
             lines.append(f"\n[{quoted(where)}]\n")
             place = where
         lines.append(f"{quoted(change)} = {quoted(reason)}\n")
-    LIST.parent.mkdir(exist_ok=True)
-    LIST.write_text("".join(lines))
+    path.write_text("".join(lines))
 
 
 def main() -> int:
@@ -156,33 +197,56 @@ def main() -> int:
     parser.add_argument("--listed", action="store_true", help="only the survivors on the list")
     parser.add_argument("--near", action="store_true", help="only tests named after the mutant's file; judges less")
     parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--only", metavar="KEY", help="one mutant, as the report names it")
+    parser.add_argument("--list", type=Path, default=LIST, help="another list of survivors")
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with (BUILD / "lock").open("w") as lock:  # one run at a time builds and uses the programs
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return run(arguments)
+
+
+def run(arguments: argparse.Namespace) -> int:
     mutants = instrument()
-    files = tuple(arguments.files)
-    wanted = {mutant.number for mutant in mutants if not files or mutant.file.startswith(files)}
-    if arguments.listed:
-        wanted = {mutant.number for mutant in mutants if mutant.number in wanted and mutant.key in listed()}
-    if arguments.sample:  # a sample of the mutants that must be killed: a survivor takes the time of every test
-        wanted = {mutant.number for mutant in mutants if mutant.number in wanted and mutant.key not in listed()}
-        wanted = set(random.Random(arguments.seed).sample(sorted(wanted), min(arguments.sample, len(wanted))))
+    reasons = listed(arguments.list)
+    wanted = chosen(mutants, reasons, arguments)
     judge = Judge(mutants, wanted, arguments.near)
     judge.run()
-    return report(mutants, wanted, judge.alive, judge.how, arguments.write)
+    if arguments.write:
+        survived = {mutant.key for mutant in mutants if mutant.number in judge.alive}
+        judged = {mutant.key for mutant in mutants if mutant.number in wanted}
+        known = {mutant.key for mutant in mutants}
+        kept = {key: reason for key, reason in reasons.items() if key in known - judged}
+        write(arguments.list, kept | {key: reasons.get(key, UNREVIEWED) for key in survived})
+    return report(mutants, wanted, judge.alive, judge.how, reasons)
 
 
-def report(mutants: list[Mutant], wanted: set[int], alive: set[int], how: Counter[str], write_list: bool) -> int:
+def chosen(mutants: list[Mutant], reasons: dict[str, str], arguments: argparse.Namespace) -> set[int]:
+    files = tuple(arguments.files)
+    some = [mutant for mutant in mutants if not files or mutant.file.startswith(files)]
+    if arguments.only:
+        some = [mutant for mutant in some if mutant.key == arguments.only]
+    if arguments.listed:
+        some = [mutant for mutant in some if mutant.key in reasons]
+    numbers = [mutant.number for mutant in some]
+    if arguments.sample:  # a sample of the mutants that must be killed: a survivor takes the time of every test
+        numbers = [mutant.number for mutant in some if mutant.key not in reasons]
+        numbers = random.Random(arguments.seed).sample(numbers, min(arguments.sample, len(numbers)))
+    if not numbers:
+        raise SystemExit("no such mutant")
+    return set(numbers)
+
+
+def report(mutants: list[Mutant], wanted: set[int], alive: set[int], how: Counter[str], reasons: dict[str, str]) -> int:
     keys = {mutant.number: mutant.key for mutant in mutants}
-    reasons, whole = listed(), len(wanted) == len(mutants)
+    whole = len(wanted) == len(mutants)
     survived = {keys[number] for number in alive}
     judged = {keys[number] for number in wanted}
     new = sorted(survived - set(reasons))
     stale = sorted((set(reasons) & judged) - survived)
     if whole:
         stale = sorted(set(reasons) - survived)
-    if write_list:
-        kept = {key: reason for key, reason in reasons.items() if key not in judged and not whole}
-        write(kept | {key: reasons.get(key, UNREVIEWED) for key in survived})
     for title, some in (("survives and is not listed", new), ("is listed but does not survive", stale)):
         for key in some:
             print(f"{title}: {key}")
@@ -190,8 +254,8 @@ def report(mutants: list[Mutant], wanted: set[int], alive: set[int], how: Counte
     print(
         f"{len(wanted)} of {len(mutants)} mutants: {len(wanted) - len(alive)} killed "
         f"({how['assertion']} by an assertion, {how['signal']} by a signal, {how['hangs']} by the limit of steps; "
-        f"{how['bits']} by recorded bits after its own tests), "
-        f"{len(survived) - unreviewed} survive with a reason, {unreviewed} unreviewed, {how['not reached']} not reached"
+        f"{how['bits']} by recorded bits after its own tests), {len(survived) - unreviewed} survive with a reason, "
+        f"{unreviewed} unreviewed; {how['not reached']} change no value in any test"
     )
     return 1 if new or stale or (whole and unreviewed) else 0
 

@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 BUILD = ROOT / "build" / "mutants"
 TREE = BUILD / "tree"
+COUNT = TREE / "mutant_count.h"
 FIRMWARE = ROOT / "firmware"
 MUTATED = ("core", "wire", "guard", "schedule")
 INCLUDED = (*MUTATED, "wire/generated", "pair", "robot_side", "hosts/library")
@@ -54,10 +55,13 @@ def instrument() -> list[Mutant]:
     files = [file for room in MUTATED for file in sorted((FIRMWARE / room).glob("*.[ch]"))]
     schemata = Schemata(numeric_macros([*files, *sorted((FIRMWARE / "wire" / "generated").glob("*.h"))]))
     texts = {file: schemata.instrument(str(file.relative_to(FIRMWARE)), file.read_text()) for file in files}
-    for folder in (FIRMWARE, *(ROOT / "tests" / name for name in ("unit", "robots"))):
-        for file in [file for file in folder.rglob("*.[chS]") if file.is_file()]:
-            put(TREE / file.relative_to(ROOT), texts.get(file) or file.read_text())
-    put(TREE / "mutant_count.h", f"#define MUTANT_COUNT {len(schemata.mutants)}\n")
+    folders = (FIRMWARE, *(ROOT / "tests" / name for name in ("unit", "robots")))
+    wanted = {TREE / file.relative_to(ROOT): file for folder in folders for file in folder.rglob("*.[chS]")}
+    for old in set(TREE.rglob("*.[chS]")) - {*wanted, COUNT}:
+        old.unlink()
+    for place, file in wanted.items():
+        put(place, texts.get(file) or file.read_text())
+    put(COUNT, f"#define MUTANT_COUNT {len(schemata.mutants)}\n")
     return schemata.mutants
 
 
@@ -98,7 +102,7 @@ class Programs:
         sources.remove(TREE / "firmware" / "pair" / "second.c")  # only in a build of two channels
         sources += [*sorted((TREE / "tests" / "robots").glob("*.c")), HERE / "mutant_main.c", self.unity / "unity.c"]
         archive = folder / "firmware.a"
-        headers = [*TREE.rglob("*.h"), *HERE.glob("mutant*")]
+        headers = [*TREE.rglob("*.h"), *HERE.glob("mutant*"), HERE / "programs.py"]
         newest = max(file.stat().st_mtime for file in headers)
 
         def compiled(source: Path) -> Path:
@@ -126,9 +130,16 @@ class Programs:
 
     @staticmethod
     def record(programs: dict[str, Path]) -> dict[str, list[Test]]:
-        """What each test reaches, by program."""
+        """What each test reaches, by program. Kept beside the program until that is built again."""
+
+        def recorded(program: Path) -> str:
+            kept = program.with_suffix(".reached")
+            if not kept.exists() or kept.stat().st_mtime < program.stat().st_mtime:
+                kept.write_text(run([program, "record"]))
+            return kept.read_text()
+
         with ThreadPoolExecutor(JOBS) as pool:
-            outputs = pool.map(lambda program: run([program, "record"]), programs.values())
+            outputs = pool.map(recorded, programs.values())
         return {
             name: [test(line) for line in output.splitlines()] for name, output in zip(programs, outputs, strict=True)
         }

@@ -19,6 +19,11 @@ RELATIONAL = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "=="
 LOGICAL = {"&&": "||", "||": "&&"}
 ASSIGNMENT = {"+=": "-=", "-=": "+=", "*=": "/=", "/=": "*=", "%=": "*=", "<<=": ">>=", ">>=": "<<=", "&=": "|=",
               "|=": "&=", "^=": "&="}  # fmt: skip
+# When an operator and its replacement have different results, by the operands l_ and r_. 1: always, to be short.
+DIFFERENT = {
+    "+": "r_ != 0", "-": "r_ != 0", "*": "1", "/": "1", "%": "1", "<<": "(l_ != 0) && (r_ != 0)",
+    ">>": "(l_ != 0) && (r_ != 0)", "&": "l_ != r_", "|": "l_ != r_", "^": "1",
+}  # fmt: skip
 UPDATE = {"++": "--", "--": "++"}
 LOOPS = ("for_statement", "while_statement", "do_statement")
 # Subtrees that must be constant for the compiler, or that are not expressions.
@@ -151,7 +156,9 @@ class Schemata:
             return self.between(node, {child.id: self.condition(child) for child in node.named_children})
         if node.type == "binary_expression":
             return self.binary(node)
-        return self.choice(node, ["1", "0"], self.rewritten(node))
+        rest = self.rewritten(node)
+        zero, one = self.number_of(node, "0"), self.number_of(node, "1")
+        return f"MUTANT_CONDITION({one}, {zero}, ({rest}))"
 
     def binary(self, node: Node) -> str:
         left, right = node.child_by_field_name("left"), node.child_by_field_name("right")
@@ -161,12 +168,43 @@ class Schemata:
         assert sign is not None
         operator = sign.type
         if operator in LOGICAL:
-            rest = self.between(node, {left.id: self.condition(left), right.id: self.condition(right)})
-            return self.choice(node, [self.between(node, {sign.id: LOGICAL[operator]})], rest)
-        rest = self.inside(node)
-        if operator in RELATIONAL:
-            return self.choice(node, [self.between(node, {sign.id: RELATIONAL[operator]}), "1", "0"], rest)
-        return self.choice(node, [self.between(node, {sign.id: ARITHMETIC[operator]})], rest)
+            first, second = self.condition(left), self.condition(right)
+            number = self.number_of(node, self.between(node, {sign.id: LOGICAL[operator]}))
+            macro = ("MUTANT_AND" if operator == "&&" else "MUTANT_OR") + ("" if self.is_safe(right) else "_LAZY")
+            return f"{macro}({number}, ({first}), ({second}), ({self.text(right)}))"
+        first = self.rewritten(left)
+        if operator not in RELATIONAL:
+            second = self.rewritten(right)
+            new = ARITHMETIC[operator]
+            number = self.number_of(node, self.between(node, {sign.id: new}))
+            return f"MUTANT_ARITHMETIC({number}, ({first}), {operator}, {new}, ({second}), {DIFFERENT[operator]})"
+        constant = self.constant_plus_one(right)
+        second = self.text(right) if constant else self.rewritten(right)
+        one_more = f"{self.number_of(constant, self.text(constant) + ' + 1')}" if constant else "0"
+        text = self.text(constant) if constant else ""
+        larger = self.text(right).replace(text, f"{text} + 1") if constant else "0"
+        zero, one = self.number_of(node, "0"), self.number_of(node, "1")
+        other = self.number_of(node, self.between(node, {sign.id: RELATIONAL[operator]}))
+        return (
+            f"MUTANT_COMPARISON({other}, {one}, {zero}, {one_more}, ({first}), {operator}, {RELATIONAL[operator]}, "
+            f"({second}), ({larger}))"
+        )
+
+    def constant_plus_one(self, node: Node) -> Node | None:
+        """The number in `3u`, `LIMIT` or `NUM(0.5)`."""
+        if node.type == "call_expression" and self.text(node).startswith("NUM("):
+            arguments = node.child_by_field_name("arguments")
+            assert arguments is not None
+            only = arguments.named_children[0]
+            return only if only.type == "number_literal" else None
+        is_number = node.type == "number_literal" or (node.type == "identifier" and self.text(node) in self.constants)
+        return node if is_number else None
+
+    def is_safe(self, node: Node) -> bool:
+        """Evaluation has no side effect and cannot trap, whatever the operand before it says."""
+        return re.fullmatch(r"[\w\s().<>=!&|]*", self.text(node).replace("->", ".")) is not None and not re.search(
+            r"\w\s*\(|<<|>>|[^=!<>]=[^=]|(?<!&)&(?!&)|\bNULL\b", self.text(node).replace("->", ".")
+        )
 
     def operator(self, node: Node) -> str:
         sign = node.child_by_field_name("operator")
