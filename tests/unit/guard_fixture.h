@@ -111,14 +111,15 @@ static inline void rest(bench_t *bench) {
     motion_t motion;
     num_t q[ROBOT_MAX_JOINTS] = {NUM(0)};
     num_t qd[ROBOT_MAX_JOINTS] = {NUM(0)};
-    for (uint32_t i = 0; i < JOINTS; ++i) {
+    const uint32_t joints = bench->config.robot.joint_count;
+    for (uint32_t i = 0; i < joints; ++i) {
         bench->position[i] = (int16_t)(800 * (int)(i + 1u)); /* 0.1 rad, 0.2 rad, ... */
         bench->velocity[i] = 0;
         q[i] = scale_to_num(bench->position[i], PROTOCOL_JOINT_STATE_POSITION_SCALE);
     }
     motion_init(&motion);
     motion_step(&motion, &bench->config.robot, q, qd);
-    for (uint32_t i = 0; i < JOINTS; ++i) {
+    for (uint32_t i = 0; i < joints; ++i) {
         bench->torque[i] = (int16_t)scale_to_raw(motion.gravity[i], PROTOCOL_JOINT_STATE_TORQUE_SCALE, -32767, 32767);
     }
 }
@@ -202,7 +203,7 @@ static inline void cycle_without(bench_t *bench, uint32_t silent) {
     next_cycle(bench);
     receive(bench, sync_frame(bench));
     receive(bench, task_frame(bench));
-    for (uint32_t i = 0; i < JOINTS; ++i) {
+    for (uint32_t i = 0; i < bench->config.robot.joint_count; ++i) {
         if ((silent & (1u << i)) == 0u) {
             receive(bench, joint_frame(bench, i));
         }

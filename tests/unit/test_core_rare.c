@@ -174,19 +174,39 @@ static void test_channels_beyond_the_last_one_are_not_used(void) {
     TEST_ASSERT_TRUE(detector.tripped);
 }
 
+/* An offset along one axis alone, and a twist by a right angle of either sign, against a joint that is a millionth off
+ * and so takes no shortcut. */
 static void test_a_joint_moves_the_same_whatever_shortcut_its_twist_and_offset_allow(void) {
-    const num_t rest[ROBOT_MAX_JOINTS] = {NUM(0)};
-    for (uint32_t axis = 0; axis < 3u; ++axis) {
+    num_t q[ROBOT_MAX_JOINTS], qd[ROBOT_MAX_JOINTS];
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
+        q[i] = num_of(0.3 * i - 1.0);
+        qd[i] = num_of(0.5 - 0.2 * i);
+    }
+    for (uint32_t kind = 0; kind < 8u; ++kind) {
         robot_t robot = robot_ku_dex;
-        motion_t motion;
-        robot.joint[1].offset = (vec3_t){.x = (axis == 0u) ? NUM(0.5) : NUM(0),
+        motion_t motion, reference;
+        const uint32_t axis = kind % 4u; /* 3: no offset */
+        robot.joint[2].offset = (vec3_t){.x = (axis == 0u) ? NUM(0.5) : NUM(0),
                                          .y = (axis == 1u) ? NUM(0.5) : NUM(0),
                                          .z = (axis == 2u) ? NUM(0.5) : NUM(0)};
-        robot.joint[1].cos_twist = NUM(0);
-        robot.joint[1].sin_twist = NUM(-1);
+        robot.joint[2].cos_twist = NUM(0);
+        robot.joint[2].sin_twist = (kind < 4u) ? NUM(1) : NUM(-1);
         motion_init(&motion);
-        motion_step(&motion, &robot, rest, rest);
-        TEST_ASSERT_TRUE(num_finite(motion.gravity[0]));
+        motion_init(&reference);
+        motion_step(&motion, &robot, q, qd);
+        robot.joint[2].cos_twist = NUM(1e-6);
+        robot.joint[2].offset.x += NUM(1e-6);
+        robot.joint[2].offset.y += NUM(1e-6);
+        robot.joint[2].offset.z += NUM(1e-6);
+        motion_step(&reference, &robot, q, qd);
+        for (uint32_t i = 0; i < 7u; ++i) {
+            ASSERT_CLOSE(value_of(reference.gravity[i]), value_of(motion.gravity[i]), 3e-4);
+            ASSERT_CLOSE(value_of(reference.momentum[i]), value_of(motion.momentum[i]), 3e-4);
+            ASSERT_CLOSE(value_of(reference.coriolis[i]), value_of(motion.coriolis[i]), 3e-4);
+            for (uint32_t row = 0; row < MOTION_TWIST_ROWS; ++row) {
+                ASSERT_CLOSE(value_of(reference.jacobian[row][i]), value_of(motion.jacobian[row][i]), 3e-5);
+            }
+        }
     }
 }
 
@@ -210,6 +230,34 @@ static void test_a_force_counts_in_a_watched_channel_of_what_is_unexplained_alon
     TEST_ASSERT_FALSE(is_seen(&config, 1u, &bank, &task, per_newton));
 }
 
+static void test_a_force_is_seen_in_the_last_channel_and_in_none_behind_it(void) {
+    static struct {
+        bank_config_t bank;
+        channel_config_t behind;
+    } all; /* a channel of zeros behind the bank */
+    const sight_config_t config = {.force_n = NUM(100)};
+    num_t per_newton[ROBOT_MAX_JOINTS] = {NUM(0.5)};
+    detector_config_t task = {.channels = 0x08u};
+    for (uint32_t c = 0; c < BANK_MAX_CHANNELS; ++c) {
+        all.bank.channel[c].of = CHANNEL_UNEXPLAINED;
+        task.threshold_nm[c][0] = NUM(1);
+        task.threshold_nm[c][1] = NUM(1);
+    }
+    all.bank.channels = BANK_MAX_CHANNELS;
+    TEST_ASSERT_TRUE(is_seen(&config, 1u, &all.bank, &task, per_newton));
+    all.bank.channels = BANK_MAX_CHANNELS - 1u;
+    TEST_ASSERT_FALSE(is_seen(&config, 1u, &all.bank, &task, per_newton));
+    all.bank.channels = BANK_MAX_CHANNELS + 1u;
+    task.channels = 0x10u;
+    all.behind.of = CHANNEL_UNEXPLAINED;
+    TEST_ASSERT_FALSE(is_seen(&config, 1u, &all.bank, &task, per_newton));
+    task.channels = 1u;
+    per_newton[0] = NUM(0);
+    per_newton[1] = NUM(0.5); /* of a joint that the arm does not have */
+    TEST_ASSERT_FALSE(is_seen(&config, 1u, &all.bank, &task, per_newton));
+    TEST_ASSERT_TRUE(is_seen(&config, 2u, &all.bank, &task, per_newton));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_late_sweep_has_no_shift_where_a_small_row_stands_before_a_large_last_one);
@@ -226,5 +274,6 @@ int main(void) {
     RUN_TEST(test_channels_beyond_the_last_one_are_not_used);
     RUN_TEST(test_a_joint_moves_the_same_whatever_shortcut_its_twist_and_offset_allow);
     RUN_TEST(test_a_force_counts_in_a_watched_channel_of_what_is_unexplained_alone);
+    RUN_TEST(test_a_force_is_seen_in_the_last_channel_and_in_none_behind_it);
     return UNITY_END();
 }

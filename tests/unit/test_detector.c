@@ -1,4 +1,5 @@
 #include "detector.h"
+#include "token.h"
 
 #include "core_fixture.h"
 
@@ -234,6 +235,38 @@ static void test_among_joints_equally_far_above_the_first_is_reported(void) {
 #endif
 }
 
+static void test_all_four_channels_are_compared(void) {
+    task.channels = 0x0Fu;
+    for (uint32_t nearest = 0; nearest < BANK_MAX_CHANNELS; ++nearest) {
+        for (uint32_t c = 0; c < BANK_MAX_CHANNELS; ++c) {
+            task.threshold_nm[c][2] = num_of(2.0 + c);
+            bank.channel[c].output[2] = num_of(((c == nearest) ? -0.75 : 0.5) * (2.0 + c));
+        }
+        step();
+        TEST_ASSERT_EQUAL(nearest, detector.channel[2]);
+        TEST_ASSERT_TRUE(detector.value_nm[2] == num_of(-0.75 * (2.0 + nearest)));
+        TEST_ASSERT_TRUE(detector.threshold_nm[2] == num_of(2.0 + nearest));
+    }
+}
+
+static void test_without_a_watched_channel_the_first_one_is_reported(void) {
+    task.channels = 0u;
+    for (uint32_t c = 0; c < BANK_MAX_CHANNELS; ++c) {
+        task.threshold_nm[c][2] = num_of(2.0 + c);
+        bank.channel[c].output[2] = num_of(1.0 - c);
+    }
+    step();
+    TEST_ASSERT_EQUAL(0, detector.channel[2]);
+    TEST_ASSERT_TRUE(detector.value_nm[2] == NUM(1));
+    TEST_ASSERT_TRUE(detector.threshold_nm[2] == NUM(2));
+}
+
+static void test_the_token_is_that_of_the_bank_passed_on(void) {
+    bank.token = 12345u;
+    step();
+    TEST_ASSERT_EQUAL_HEX32(token_next(12345u, TOKEN_DETECTOR, 0u), detector.token);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_below_every_threshold_nothing_trips);
@@ -251,5 +284,8 @@ int main(void) {
     RUN_TEST(test_any_watched_channel_counts_and_no_other);
     RUN_TEST(test_the_channel_nearest_to_its_threshold_is_reported_at_any_place);
     RUN_TEST(test_among_joints_equally_far_above_the_first_is_reported);
+    RUN_TEST(test_all_four_channels_are_compared);
+    RUN_TEST(test_without_a_watched_channel_the_first_one_is_reported);
+    RUN_TEST(test_the_token_is_that_of_the_bank_passed_on);
     return UNITY_END();
 }

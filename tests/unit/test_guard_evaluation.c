@@ -202,6 +202,44 @@ static void test_the_inverted_copy_is_computed_on_another_path(void) {
     TEST_ASSERT_EQUAL_HEX8(0xF1, bench.out.frame[0].data[2]); /* Move and Stop: a pair that does not permit */
 }
 
+/* The limit itself is a good reading of position and velocity. */
+static void test_a_reading_at_the_robots_limit_is_good(void) {
+    static const int32_t raw = 5000;
+    for (uint32_t i = 0; i < 3u; ++i) {
+        guard_config_t config = make_config();
+        robot_joint_t *const limits = &config.robot.joint[2];
+        limits->position_min_rad = (i == 0u) ? scale_to_num(raw, PROTOCOL_JOINT_STATE_POSITION_SCALE) : NUM(-2);
+        limits->position_max_rad = (i == 1u) ? scale_to_num(raw, PROTOCOL_JOINT_STATE_POSITION_SCALE) : NUM(2);
+        limits->velocity_max_rad_s = (i == 2u) ? scale_to_num(raw, PROTOCOL_JOINT_STATE_VELOCITY_SCALE) : NUM(4);
+        seal_config(&config);
+        start_with(&bench, &config);
+        bench.position[2] = (int16_t)raw;
+        bench.velocity[2] = (i == 2u) ? (int16_t)-raw : 0;
+        cycles(&bench, 3u);
+        TEST_ASSERT_EQUAL(0, bench.guard.counters.range_errors);
+        bench.position[2] = (int16_t)(raw + ((i == 0u) ? -1 : 1));
+        bench.velocity[2] = (i == 2u) ? (int16_t)(-raw - 1) : 0;
+        cycle(&bench);
+        TEST_ASSERT_EQUAL(1, bench.guard.counters.range_errors);
+    }
+}
+
+/* A Sync that was refused moves the counter of its receiver, but not the cycle. */
+static void test_a_sync_may_be_four_cycles_after_the_last_good_one(void) {
+    for (uint32_t advance = 4u; advance <= 5u; ++advance) {
+        setUp();
+        run_until_permitted(&bench);
+        uint8_t refused[8] = {0};
+        put16(refused + 2, bench.cycle + 3);
+        receive(&bench, sealed(PROTOCOL_RECEIVE_SYNC, refused, 0u, (uint8_t)((bench.cycle + 2u) & 0x0Fu)));
+        bench.cycle = (uint16_t)(bench.cycle + advance);
+        bench.now_us += advance * PERIOD_US;
+        receive(&bench, sync_frame(&bench));
+        TEST_ASSERT_EQUAL(bench.cycle, bench.guard.inputs.snapshot.cycle);
+        TEST_ASSERT_EQUAL(advance == 4u, bench.guard.inputs.clocks_agree);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_cycle_number_that_jumps_ends_the_permission_at_once);
@@ -216,5 +254,7 @@ int main(void) {
     RUN_TEST(test_a_stopped_clock_is_a_fault);
     RUN_TEST(test_a_task_command_of_another_cycle_is_late);
     RUN_TEST(test_the_inverted_copy_is_computed_on_another_path);
+    RUN_TEST(test_a_reading_at_the_robots_limit_is_good);
+    RUN_TEST(test_a_sync_may_be_four_cycles_after_the_last_good_one);
     return UNITY_END();
 }

@@ -147,6 +147,49 @@ static void test_a_tick_before_the_last_one_is_a_fault(void) {
     assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
 }
 
+static void test_a_tick_exactly_at_its_deadline_is_in_time(void) {
+    run_until_permitted(&bench);
+    bench.now_us += 4u * PERIOD_US;
+    cycle(&bench); /* 5 periods after the previous one */
+    TEST_ASSERT_TRUE(bench.out.reason != GUARD_REASON_TICK_LATE);
+    TEST_ASSERT_TRUE(bench.out.state != GUARD_STATE_FAULT);
+}
+
+/* A tick within its budget does not forgive one before it in the same cycle. */
+static void test_a_tick_over_budget_is_not_forgotten(void) {
+    run_until_permitted(&bench);
+    guard_note_tick_time(&bench.guard, bench.config.tick_budget_us + 1u);
+    guard_note_tick_time(&bench.guard, 1u);
+    cycle(&bench);
+    assert_fault(&bench, GUARD_REASON_TICK_OVER_BUDGET);
+}
+
+/* 64 cycles of a millisecond in `elapsed_us`, beginning with the next Sync. */
+static void hear_a_window(uint32_t elapsed_us) {
+    bench.guard.inputs.window_started = false;
+    bench.guard.inputs.clocks_agree = false;
+    const uint64_t start_us = bench.now_us;
+    for (uint32_t i = 0; i <= 64u; ++i) {
+        ++bench.cycle;
+        bench.now_us = start_us + (((uint64_t)elapsed_us * i) / 64u);
+        receive(&bench, sync_frame(&bench));
+    }
+}
+
+static void test_clocks_may_differ_by_a_quarter(void) {
+    static const struct {
+        uint32_t elapsed_us;
+        bool agree;
+    } cases[] = {{48000u, true}, {47999u, false}, {80000u, true}, {80001u, false}};
+    for (uint32_t i = 0; i < sizeof(cases) / sizeof(cases[0]); ++i) {
+        setUp();
+        run_until_permitted(&bench);
+        hear_a_window(cases[i].elapsed_us);
+        TEST_ASSERT_EQUAL(cases[i].agree, bench.guard.inputs.clocks_agree);
+        TEST_ASSERT_EQUAL(cases[i].agree ? 0 : GUARD_REASON_CLOCK_RATE, bench.guard.inputs.fault);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_late_tick_is_a_fault_that_no_reset_ends);
@@ -161,5 +204,8 @@ int main(void) {
     RUN_TEST(test_a_board_that_reports_no_fault_changes_nothing);
     RUN_TEST(test_a_guard_without_a_good_configuration_sends_stop);
     RUN_TEST(test_a_tick_before_the_last_one_is_a_fault);
+    RUN_TEST(test_a_tick_exactly_at_its_deadline_is_in_time);
+    RUN_TEST(test_a_tick_over_budget_is_not_forgotten);
+    RUN_TEST(test_clocks_may_differ_by_a_quarter);
     return UNITY_END();
 }

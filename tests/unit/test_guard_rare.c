@@ -255,6 +255,44 @@ static void test_a_guard_that_waits_does_not_permit_while_something_is_tripped(v
     }
 }
 
+/* 0 means that there was no trip. */
+static void test_the_number_of_a_trip_goes_from_255_to_1(void) {
+    run_until_permitted(&bench);
+    guard->trip.number = UINT8_MAX - 1u;
+    guard_trip(guard, GUARD_REASON_BUS_OFF);
+    cycle(&bench);
+    TEST_ASSERT_EQUAL(UINT8_MAX, bench.out.trip_number);
+    guard_trip(guard, GUARD_REASON_STATE_CORRUPT);
+    cycle(&bench);
+    TEST_ASSERT_EQUAL(1, bench.out.trip_number);
+}
+
+static void test_an_index_that_rises_for_40_ms_is_a_touch(void) {
+    const guard_event_t event = {.reason = GUARD_REASON_COLLISION, .joint = 3u};
+    guard->contact.rising[2] = 40u;
+    contact_note_trip(guard, &event);
+    TEST_ASSERT_TRUE(guard->contact.slow);
+    guard->contact.rising[2] = 39u;
+    contact_note_trip(guard, &event);
+    TEST_ASSERT_FALSE(guard->contact.slow);
+}
+
+static void test_the_saturations_of_all_stages_are_added(void) {
+    guard->motion.saturations = 1u;
+    guard->observer.saturations = 2u;
+    guard->acceleration.saturations = 4u;
+    guard->regressor.saturations = 8u;
+    guard->index.saturations = 16u;
+    guard->index.projection.subspace.saturations = 32u;
+    guard->index.projection.soft.saturations = 64u;
+    guard->explained.saturations = 128u;
+    guard->bank.saturations = 256u;
+    guard->sight.saturations = 512u;
+    TEST_ASSERT_TRUE(stages_saturated(guard));
+    TEST_ASSERT_EQUAL(1023u, guard->saturations);
+    TEST_ASSERT_FALSE(stages_saturated(guard));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_an_input_that_cannot_be_trusted_comes_before_a_collision);
@@ -275,5 +313,8 @@ int main(void) {
     RUN_TEST(test_a_reading_refused_after_a_collision_is_no_new_trip);
     RUN_TEST(test_clocks_of_a_long_period_are_compared_after_sixteen_cycles);
     RUN_TEST(test_a_guard_that_waits_does_not_permit_while_something_is_tripped);
+    RUN_TEST(test_the_number_of_a_trip_goes_from_255_to_1);
+    RUN_TEST(test_an_index_that_rises_for_40_ms_is_a_touch);
+    RUN_TEST(test_the_saturations_of_all_stages_are_added);
     return UNITY_END();
 }

@@ -226,6 +226,45 @@ static void test_nothing_saturates_within_the_limits(void) {
     TEST_ASSERT_EQUAL(0, motion.saturations);
 }
 
+/* An arm on a tilted base, in a gravity of three components, is the arm on a level base in a turned gravity. */
+static void test_a_tilted_base_turns_gravity_and_jacobian(void) {
+    static const double base[3][3] = {
+        {2.0 / 3, -1.0 / 3, 2.0 / 3}, {2.0 / 3, 2.0 / 3, -1.0 / 3}, {-1.0 / 3, 2.0 / 3, 2.0 / 3}};
+    static const double gravity[3] = {3.0, -5.0, -7.5};
+    robot_t level = robot_ku_dex;
+    robot_t tilted = robot_ku_dex;
+    double turned[3] = {0.0};
+    for (uint32_t row = 0; row < 3u; ++row) {
+        for (uint32_t i = 0; i < 3u; ++i) {
+            level.base[row][i] = (row == i) ? NUM(1) : NUM(0);
+            tilted.base[row][i] = num_of(base[row][i]);
+            turned[i] += base[row][i] * gravity[row];
+        }
+    }
+    level.gravity = (vec3_t){.x = num_of(turned[0]), .y = num_of(turned[1]), .z = num_of(turned[2])};
+    tilted.gravity = (vec3_t){.x = num_of(gravity[0]), .y = num_of(gravity[1]), .z = num_of(gravity[2])};
+    motion_t reference;
+    motion_init(&reference);
+    random_start(20);
+    for (int round = 0; round < 20; ++round) {
+        set_state(7, 2.5, 1.0);
+        motion_step(&motion, &tilted, q, qd);
+        motion_step(&reference, &level, q, qd);
+        for (uint32_t i = 0; i < 7u; ++i) {
+            ASSERT_CLOSE(value_of(reference.gravity[i]), value_of(motion.gravity[i]), 16.0 * TIGHT);
+            ASSERT_CLOSE(value_of(reference.momentum[i]), value_of(motion.momentum[i]), 16.0 * TIGHT);
+            for (uint32_t row = 0; row < MOTION_TWIST_ROWS; ++row) {
+                const double *const axis = base[row % 3u];
+                double expected = 0.0;
+                for (uint32_t k = 0; k < 3u; ++k) {
+                    expected += axis[k] * value_of(reference.jacobian[(row / 3u) * 3u + k][i]);
+                }
+                ASSERT_CLOSE(expected, value_of(motion.jacobian[row][i]), 4.0 * TIGHT);
+            }
+        }
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_pendulum_agrees_with_its_closed_form);
@@ -238,5 +277,6 @@ int main(void) {
     RUN_TEST(test_at_rest_only_gravity_remains);
     RUN_TEST(test_the_pass_terminates_for_any_bits);
     RUN_TEST(test_nothing_saturates_within_the_limits);
+    RUN_TEST(test_a_tilted_base_turns_gravity_and_jacobian);
     return UNITY_END();
 }

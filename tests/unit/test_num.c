@@ -288,6 +288,10 @@ static void test_results_that_do_not_fit_saturate_and_are_counted(void) {
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_abs(INT32_MIN));
     TEST_ASSERT_EQUAL_INT32(NUM(511), num_from_int(INT32_MAX));
     TEST_ASSERT_EQUAL_INT32(NUM(-511), num_from_int(INT32_MIN));
+    TEST_ASSERT_EQUAL_INT32(NUM(511), num_from_int(512));
+    TEST_ASSERT_EQUAL_INT32(NUM(-511), num_from_int(-512));
+    TEST_ASSERT_EQUAL_INT32(NUM(510), num_from_int(510));
+    TEST_ASSERT_EQUAL_INT32(NUM(-510), num_from_int(-510));
     /* The last results that fit are not counted. */
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_add(INT32_MAX - 1, 1, &saturations));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_subtract(-INT32_MAX, 0, &saturations));
@@ -299,6 +303,52 @@ static void test_results_that_do_not_fit_saturate_and_are_counted(void) {
     TEST_ASSERT_EQUAL(0, saturations);
 #endif
 }
+
+static void test_a_wide_number_is_the_number(void) {
+    static const num_t numbers[] = {NUM(0), NUM(1), NUM(-1), NUM(3), NUM(511), NUM(-511)};
+    for (uint32_t i = 0; i < sizeof(numbers) / sizeof(numbers[0]); ++i) {
+        TEST_ASSERT_TRUE(num_widen(numbers[i]) == num_wide(numbers[i], NUM(1)));
+        TEST_ASSERT_TRUE(num_narrow(num_widen(numbers[i]), &saturations) == numbers[i]);
+    }
+    TEST_ASSERT_EQUAL(0, saturations);
+}
+
+/* Both sides of |along| = 2^-10 sqrt(first second), for squares of every size and for unequal ones. */
+static void test_orthogonal_within_a_share_of_the_lengths(void) {
+    for (int exponent = 24; exponent <= 60; ++exponent) {
+        for (int shorter = 0; shorter <= 8; shorter += 4) {
+            const double first = pow(2.0, exponent), second = pow(2.0, exponent - shorter);
+            const double scale = IF_FIXED(1.0, pow(2.0, -44.0));
+            const double bound = sqrt(first * second) / 1024.0;
+            for (int sign = -1; sign <= 1; sign += 2) {
+                const num_wide_t a = (num_wide_t)(first * scale), b = (num_wide_t)(second * scale);
+                const num_wide_t within = (num_wide_t)(sign * bound * scale * 0.99);
+                const num_wide_t beyond = (num_wide_t)(sign * bound * scale * 1.04);
+                TEST_ASSERT_TRUE(num_is_orthogonal(within, a, b, 10u));
+                TEST_ASSERT_TRUE(num_is_orthogonal(within, b, a, 10u));
+                TEST_ASSERT_FALSE(num_is_orthogonal(beyond, a, b, 10u));
+                TEST_ASSERT_FALSE(num_is_orthogonal(beyond, b, a, 10u));
+            }
+        }
+    }
+}
+
+#ifdef TAUPERP_FIXED
+static void test_the_first_results_that_do_not_fit_saturate(void) {
+    const num_wide_t last = (num_wide_t)INT32_MAX * 4194304;
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_narrow(last + 1, &saturations));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_narrow(last + 2097152, &saturations));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_narrow(-last - 1, &saturations));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_narrow(-last - 2097153, &saturations));
+    TEST_ASSERT_EQUAL(4, saturations);
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_narrow(-last, &saturations));
+    TEST_ASSERT_EQUAL(4, saturations);
+    TEST_ASSERT_EQUAL_INT32(4194304, num_times(1, num_inverse_root(0), &saturations)); /* 0 counts as 2^-44 */
+    TEST_ASSERT_EQUAL_INT32(4194304, num_times(1, num_inverse_root(1), &saturations));
+    TEST_ASSERT_EQUAL(26, num_headroom(1));
+    TEST_ASSERT_FALSE(num_is_orthogonal((num_wide_t)1 << 61, (num_wide_t)1 << 20, (num_wide_t)1 << 20, 10u));
+}
+#endif
 
 int main(void) {
     UNITY_BEGIN();
@@ -317,5 +367,10 @@ int main(void) {
     RUN_TEST(test_a_shifted_rotation_uses_the_square_minus_the_shift);
     RUN_TEST(test_headroom_is_undone_by_the_inverse_shift);
     RUN_TEST(test_results_that_do_not_fit_saturate_and_are_counted);
+    RUN_TEST(test_a_wide_number_is_the_number);
+    RUN_TEST(test_orthogonal_within_a_share_of_the_lengths);
+#ifdef TAUPERP_FIXED
+    RUN_TEST(test_the_first_results_that_do_not_fit_saturate);
+#endif
     return UNITY_END();
 }

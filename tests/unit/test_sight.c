@@ -147,6 +147,25 @@ static void test_blindness_follows_the_posture_through_a_singularity_and_back(vo
     TEST_ASSERT_TRUE(answers != 0u);
 }
 
+/* An arm that feels a force along one axis alone, 1 Nm for 1 N, and 100 N that must be seen. */
+static void test_a_force_along_each_axis_is_seen_at_its_threshold(void) {
+    index_step(&index_state, &subspace, &task, robot, &motion, &observer, &measured, &regressor);
+    for (uint32_t axis = 0; axis < 3u; ++axis) {
+        for (uint32_t below = 0; below < 2u; ++below) {
+            memset(&motion, 0, sizeof(motion));
+            motion.jacobian[axis][0] = NUM(1);
+            detector.threshold_nm[0][0] = (below == 0u) ? NUM(101) : NUM(99);
+            sight_init(&sight, N);
+            for (uint32_t step = 0; step < 3u; ++step) {
+                TEST_ASSERT_EQUAL_HEX32(0x7Fu, sight.blind);
+                sight_step(&sight, &config, &shape, N, &motion, &index_state, &bank, &detector, 1u);
+            }
+            TEST_ASSERT_EQUAL_HEX32((below == 0u) ? 0x7Fu : 0x7Eu, sight.blind);
+            TEST_ASSERT_EQUAL(1, motion.watched);
+        }
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_lever_is_the_derivative_of_the_middles_height);
@@ -154,5 +173,6 @@ int main(void) {
     RUN_TEST(test_d_e_is_blind_to_the_last_link_and_r_is_not);
     RUN_TEST(test_a_link_is_blind_if_no_channel_passes_a_constant_force);
     RUN_TEST(test_blindness_follows_the_posture_through_a_singularity_and_back);
+    RUN_TEST(test_a_force_along_each_axis_is_seen_at_its_threshold);
     return UNITY_END();
 }
