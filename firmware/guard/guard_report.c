@@ -89,13 +89,25 @@ static void fill_contact(const guard_output_t *out, struct tauperp_guard_status_
     message->contact_z = direction_raw(direction.z);
 }
 
+/* What takes a conversion, for the page that has it. */
+static void fill_converted(const guard_t *guard, const guard_output_t *out, struct tauperp_guard_status_t *message) {
+    if (message->page == (uint8_t)PAGE_STATE) {
+        message->smallest_singular = singular_raw(out->smallest_singular);
+    } else if (message->page == (uint8_t)PAGE_TRIP) {
+        fill_trip(&guard->trip, message);
+    } else if (message->page == (uint8_t)PAGE_CONTACT) {
+        fill_contact(out, message);
+    } else {
+        /* copies only */
+    }
+}
+
 /* Fields of other pages are not packed: the generated code writes those of `page` only. */
 static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_guard_status_t *message) {
     const guard_counters_t *const counters = &guard->counters;
     message->state = (uint8_t)out->state;
     message->task = out->task;
     message->reason = (uint8_t)out->reason;
-    message->smallest_singular = singular_raw(out->smallest_singular);
     message->tick_time = held16(guard->report.tick_time_us);
     message->crc_errors = counters->crc_errors;
     message->sequence_errors = counters->sequence_errors;
@@ -116,8 +128,7 @@ static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_
     message->restarts = guard->restarts;
     message->variant = guard->variant;
     message->channels = guard_is_alone(guard) ? 1u : 2u;
-    fill_trip(&guard->trip, message);
-    fill_contact(out, message);
+    fill_converted(guard, out, message);
     message->blind_links = out->blind_links;
     message->needed_links = out->needed_links;
     message->build_id = (uint16_t)(TAUPERP_BUILD_ID >> 16);

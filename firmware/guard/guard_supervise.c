@@ -21,6 +21,14 @@ static bool state_is_valid(const guard_t *self) {
     return valid;
 }
 
+/* No tick uses a part of the block that it has not checked. A requested task may become active in this tick. Otherwise
+ * the rows of the tasks that are not active follow each other, one per cycle. */
+static bool config_is_intact(const guard_t *self) {
+    const uint32_t requested = self->inputs.task_number;
+    const uint32_t next = (uint32_t)self->inputs.snapshot.cycle % TASK_COUNT;
+    return config_watch_step(&self->watch, self->config, self->task, (requested != self->task) ? requested : next);
+}
+
 static bool from_the_future(const guard_input_t *input, uint64_t now_us) {
     return input->seen && (input->good_us > now_us);
 }
@@ -47,7 +55,7 @@ guard_reason_t supervise(guard_t *self, uint64_t now_us) {
     guard_reason_t reason = GUARD_REASON_NONE;
     if (!state_is_valid(self)) {
         reason = GUARD_REASON_STATE_CORRUPT;
-    } else if (!joint_count_is_valid(self) || !config_watch_step(&self->watch, self->config)) {
+    } else if (!joint_count_is_valid(self) || !config_is_intact(self)) {
         reason = GUARD_REASON_CONFIG_CORRUPT;
     } else if (!time_is_valid(self, now_us)) {
         reason = GUARD_REASON_TIME_BACKWARDS;

@@ -14,7 +14,7 @@
 #include "opinion.h"
 #include "values.h"
 
-#define SECOND_WORDS 512u
+#define SECOND_WORDS 516u
 
 /* One guard's state. Its content is private. */
 typedef struct {

@@ -57,9 +57,7 @@ def test_no_fault_is_undetected_and_wrong(
 
 
 @pytest.mark.parametrize("channels", [1, 2])
-def test_every_flipped_bit_of_the_block_is_detected_in_its_tick(
-    recordings: dict[int, Path], seed: int, channels: int
-) -> None:
+def test_every_flipped_bit_of_the_block_is_detected(recordings: dict[int, Path], seed: int, channels: int) -> None:
     assert outcomes(recordings[channels], seed, 4000, "table")["detected"] == 4000
 
 

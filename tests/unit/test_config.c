@@ -1,5 +1,7 @@
 /* Configuration blocks that the guard accepts, and the reason for each refused one. Tasks and the bank of filters:
  * test_config_tasks.c. */
+#include <stddef.h>
+
 #include "config_fixture.h"
 
 void setUp(void) {
@@ -176,17 +178,27 @@ static void test_values_that_are_not_numbers_are_refused(void) {
     assert_status(GUARD_BAD_SUBSPACE);
 }
 
-static void test_the_watch_detects_any_one_bit_at_once(void) {
+/* True if the byte is in the row of one of these tasks. */
+static bool is_in_row(uint32_t byte, uint32_t first, uint32_t second) {
+    const uint32_t begin = (uint32_t)offsetof(guard_config_t, task);
+    const uint32_t row = (byte - begin) / (uint32_t)sizeof(task_config_t);
+    return (byte >= begin) && ((row == first) || (row == second));
+}
+
+static void test_the_watch_detects_any_one_bit_outside_the_other_tasks_rows_at_once(void) {
+    const uint32_t begin = (uint32_t)offsetof(guard_config_t, task);
+    const uint32_t end = begin + (uint32_t)sizeof(config.task);
     config_watch_t watch;
     config_watch_start(&watch, &config);
-    TEST_ASSERT_TRUE(config_watch_step(&watch, &config));
     for (uint32_t bit = 0; bit < 8u * (uint32_t)sizeof(config); bit += 7u) {
         uint8_t *const byte = (uint8_t *)&config + bit / 8u;
+        const bool common = (bit / 8u < begin) || (bit / 8u >= end);
+        TEST_ASSERT_TRUE(config_watch_step(&watch, &config, TASK_NONE, TASK_CONTACT));
         *byte ^= (uint8_t)(1u << (bit % 8u));
-        TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
+        TEST_ASSERT_EQUAL(!common && !is_in_row(bit / 8u, TASK_NONE, TASK_CONTACT),
+                          config_watch_step(&watch, &config, TASK_NONE, TASK_CONTACT));
         *byte ^= (uint8_t)(1u << (bit % 8u));
     }
-    TEST_ASSERT_TRUE(config_watch_step(&watch, &config));
 }
 
 static void test_the_watch_detects_any_change_of_one_word_and_an_exchange_of_two(void) {
@@ -196,20 +208,26 @@ static void test_the_watch_detects_any_change_of_one_word_and_an_exchange_of_two
     const uint32_t first = word[0];
     for (uint32_t change = 0x80000000u; change > 0u; change /= 3u) {
         word[0] = first ^ change;
-        TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
+        TEST_ASSERT_FALSE(config_watch_step(&watch, &config, TASK_NONE, TASK_NONE));
+        TEST_ASSERT_FALSE(config_watch_step(&watch, &config, TASK_PAYLOAD, TASK_NONE));
+        TEST_ASSERT_TRUE(config_watch_step(&watch, &config, TASK_PAYLOAD, TASK_PAYLOAD));
     }
     word[0] = word[1] + 5u;
     config_watch_start(&watch, &config);
     word[0] = word[1];
     word[1] += 5u;
-    TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
+    TEST_ASSERT_FALSE(config_watch_step(&watch, &config, TASK_NONE, TASK_NONE));
 }
 
-static void test_a_flipped_bit_of_the_sum_is_detected(void) {
+static void test_a_flipped_bit_of_a_sum_is_detected(void) {
     config_watch_t watch;
     config_watch_start(&watch, &config);
-    watch.sum ^= 0x100u;
-    TEST_ASSERT_FALSE(config_watch_step(&watch, &config));
+    watch.common ^= 0x100u;
+    TEST_ASSERT_FALSE(config_watch_step(&watch, &config, TASK_NONE, TASK_NONE));
+    watch.common ^= 0x100u;
+    watch.row[TASK_PAYLOAD] ^= 0x100u;
+    TEST_ASSERT_TRUE(config_watch_step(&watch, &config, TASK_NONE, TASK_NONE));
+    TEST_ASSERT_FALSE(config_watch_step(&watch, &config, TASK_NONE, TASK_PAYLOAD));
 }
 
 static void test_a_sensor_correction_beyond_its_bounds_is_refused(void) {
@@ -235,8 +253,8 @@ int main(void) {
     RUN_TEST(test_an_unknown_stop_category_is_refused);
     RUN_TEST(test_a_sensor_correction_beyond_its_bounds_is_refused);
     RUN_TEST(test_values_that_are_not_numbers_are_refused);
-    RUN_TEST(test_the_watch_detects_any_one_bit_at_once);
+    RUN_TEST(test_the_watch_detects_any_one_bit_outside_the_other_tasks_rows_at_once);
     RUN_TEST(test_the_watch_detects_any_change_of_one_word_and_an_exchange_of_two);
-    RUN_TEST(test_a_flipped_bit_of_the_sum_is_detected);
+    RUN_TEST(test_a_flipped_bit_of_a_sum_is_detected);
     return UNITY_END();
 }

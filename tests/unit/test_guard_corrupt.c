@@ -73,7 +73,7 @@ static void test_a_number_of_joints_that_bounds_nothing_is_a_fault(void) {
 }
 
 static void test_a_damaged_sum_over_the_block_is_a_fault(void) {
-    guard->watch.sum ^= 1u;
+    guard->watch.common ^= 1u;
     assert_config_corrupt();
 }
 

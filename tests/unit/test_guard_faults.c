@@ -47,17 +47,58 @@ static void test_a_reception_after_its_own_tick_is_a_fault(void) {
     assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
 }
 
-static void test_any_flipped_bit_of_the_configuration_is_a_fault_in_the_next_tick(void) {
+static bool is_in_row(uint32_t byte, uint32_t task) {
+    const uint32_t begin = (uint32_t)(offsetof(guard_config_t, task) + task * sizeof(task_config_t));
+    return (byte >= begin) && (byte < begin + (uint32_t)sizeof(task_config_t));
+}
+
+static bool is_in_rows(uint32_t byte) {
+    const uint32_t begin = (uint32_t)offsetof(guard_config_t, task);
+    return (byte >= begin) && (byte < begin + (uint32_t)sizeof(bench.config.task));
+}
+
+static void test_any_flipped_bit_that_a_tick_may_use_is_a_fault_in_that_tick(void) {
     run_until_permitted(&bench);
     const guard_t permitted = bench.guard;
     next_cycle(&bench);
     for (uint32_t byte = 0; byte < sizeof(guard_config_t); byte += ON_HOST_ELSE(1u, 61u)) {
         uint8_t *const flipped = (uint8_t *)&bench.config + byte;
-        bench.guard = permitted;
-        *flipped ^= (uint8_t)(1u << (byte % 8u));
-        tick(&bench);
-        *flipped ^= (uint8_t)(1u << (byte % 8u));
+        if (!is_in_rows(byte) || is_in_row(byte, permitted.task)) {
+            bench.guard = permitted;
+            *flipped ^= (uint8_t)(1u << (byte % 8u));
+            tick(&bench);
+            *flipped ^= (uint8_t)(1u << (byte % 8u));
+            assert_fault(&bench, GUARD_REASON_CONFIG_CORRUPT);
+        }
+    }
+}
+
+static void test_a_flipped_bit_of_another_task_is_a_fault_within_as_many_cycles_as_there_are_tasks(void) {
+    for (uint32_t task = 0; task < TASK_COUNT; ++task) {
+        start(&bench);
+        run_until_permitted(&bench);
+        bench.config.task[task].limits.force_max_n += NUM(1);
+        uint32_t count = 0;
+        while ((bench.guard.state != (uint32_t)GUARD_STATE_FAULT) && (count < (uint32_t)TASK_COUNT)) {
+            cycle(&bench);
+            ++count;
+        }
+        bench.config.task[task].limits.force_max_n -= NUM(1);
         assert_fault(&bench, GUARD_REASON_CONFIG_CORRUPT);
+    }
+}
+
+static void test_a_task_with_a_flipped_bit_never_becomes_active(void) {
+    for (uint32_t offset = 0; offset < TASK_COUNT; ++offset) { /* at any place in the sequence of the rows */
+        start(&bench);
+        run_until_permitted(&bench);
+        cycles(&bench, offset);
+        const uint32_t active = bench.guard.task;
+        bench.task = (active == (uint32_t)TASK_PAYLOAD) ? (uint32_t)TASK_CONTACT : (uint32_t)TASK_PAYLOAD;
+        bench.config.task[bench.task].limits.force_max_n += NUM(1);
+        cycle(&bench);
+        assert_fault(&bench, GUARD_REASON_CONFIG_CORRUPT);
+        TEST_ASSERT_EQUAL(active, bench.guard.task);
     }
 }
 
@@ -196,7 +237,9 @@ int main(void) {
     RUN_TEST(test_a_tick_over_budget_is_a_fault);
     RUN_TEST(test_time_going_backwards_is_a_fault);
     RUN_TEST(test_a_reception_after_its_own_tick_is_a_fault);
-    RUN_TEST(test_any_flipped_bit_of_the_configuration_is_a_fault_in_the_next_tick);
+    RUN_TEST(test_any_flipped_bit_that_a_tick_may_use_is_a_fault_in_that_tick);
+    RUN_TEST(test_a_flipped_bit_of_another_task_is_a_fault_within_as_many_cycles_as_there_are_tasks);
+    RUN_TEST(test_a_task_with_a_flipped_bit_never_becomes_active);
     RUN_TEST(test_a_flipped_bit_of_the_state_is_a_fault);
     RUN_TEST(test_a_residual_that_is_not_a_number_is_a_fault);
     RUN_TEST(test_a_fault_reported_by_the_board_latches_in_any_running_state);

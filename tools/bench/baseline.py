@@ -15,6 +15,7 @@ BOUNDS: dict[tuple[str, str], dict[tuple[str, str], int]] = {
         ("d_p", ""): 7_500,
         ("d_e", ""): 8_400,
         ("d_r", ""): 11_500,
+        ("guard_tick", "tick"): 14_500,
     },
 }
 
