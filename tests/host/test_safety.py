@@ -18,8 +18,10 @@ import wire
 
 def test_no_requirement_has_a_gap_and_the_pages_are_current() -> None:
     requirements = tracing.read()
+    informs = tracing.read_informs()
     assert tracing.gaps(requirements, tracing.hazards()) == []
-    assert tracing.PAGE.read_text() == tracing.page(requirements)
+    assert tracing.untraced(requirements, informs) == []
+    assert tracing.PAGE.read_text() == tracing.page(requirements, informs)
     assert figures.PAGE.read_text() == figures.page()
 
 
@@ -40,6 +42,26 @@ def test_a_planted_gap_is_found(change: dict[str, list[str]], said: str) -> None
     first, *rest = tracing.read()
     lines = tracing.gaps([dataclasses.replace(first, **change), *rest], tracing.hazards())
     assert any(said in line for line in lines), lines
+
+
+def test_a_source_without_a_requirement_is_found() -> None:
+    requirements, informs = tracing.read(), tracing.read_informs()
+    lost = [dataclasses.replace(one, code=[c for c in one.code if "schedule.c" not in c]) for one in requirements]
+    assert tracing.untraced(lost, informs) == ["firmware/schedule/schedule.c: no requirement"]
+    twice = [*informs, tracing.Informs(["firmware/core/bank.c", "firmware/core/gone.c"], "nothing")]
+    assert tracing.untraced(requirements, twice) == [
+        "firmware/core/bank.c: both in a requirement and among those that only inform",
+        "firmware/core/gone.c: does not exist",
+    ]
+
+
+def test_a_unit_test_that_no_program_runs_does_not_count(tmp_path: Path) -> None:
+    file = tmp_path / "tests" / "unit" / "test_x.c"
+    file.parent.mkdir(parents=True)
+    file.write_text("static void test_a(void) {\n}\nint main(void) {\n}\n")
+    assert not tracing.defines("tests/unit/test_x.c:test_a", tmp_path)
+    file.write_text("static void test_a(void) {\n}\nint main(void) {\n    RUN_TEST(test_a);\n}\n")
+    assert tracing.defines("tests/unit/test_x.c:test_a", tmp_path)
 
 
 def test_a_hazard_without_a_requirement_is_found() -> None:

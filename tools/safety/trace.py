@@ -6,7 +6,8 @@
     trace.py --results FILE.xml   prints the page with the results of that run (JUnit)
 
 A gap is: a requirement without a hazard, code or test; a hazard without a requirement; a function or test that does not
-exist; a reason of StopCommand that no requirement names; with results, a test that did not run or failed.
+exist; a test that no program runs; a reason of StopCommand that no requirement names; a source of the firmware that
+neither a requirement nor a row of those that only inform names; with results, a test that did not run or failed.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from tauperp.wire_values import Reason
 ROOT = repository_root()
 FOLDER = ROOT / "docs" / "safety"
 PAGE = FOLDER / "requirements.md"
+SOURCES = ("core", "wire", "guard", "schedule", "pair", "robot_side", "boards/*", "hosts/linux")
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,18 @@ class Requirement:
     code: list[str]
     tests: list[str]
     reasons: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Informs:
+    """Sources on which no requirement depends, and what they do."""
+
+    files: list[str]
+    reason: str
+
+
+def read_informs(path: Path = FOLDER / "requirements.toml") -> list[Informs]:
+    return [Informs(**row) for row in tomllib.loads(path.read_text(encoding="utf-8"))["informs"]]
 
 
 def read(path: Path = FOLDER / "requirements.toml") -> list[Requirement]:
@@ -57,12 +71,24 @@ def defines(reference: str, root: Path = ROOT) -> bool:
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".py":
         return re.search(rf"^\s*def {re.escape(function)}\(", text, re.MULTILINE) is not None
+    if function.startswith("test_") and f"RUN_TEST({function})" not in text:
+        return False
     # A definition ends its line of parameters with a brace; a declaration ends with a semicolon.
     return re.search(rf"^[a-zA-Z_][^;={{}}]*\b{re.escape(function)}\([^;{{}}]*\) \{{", text, re.MULTILINE) is not None
 
 
+def untraced(requirements: list[Requirement], informs: list[Informs], root: Path = ROOT) -> list[str]:
+    """The sources that neither a requirement nor a row of `informs` names, or both; and rows without their source."""
+    named = {reference.partition(":")[0] for requirement in requirements for reference in requirement.code}
+    other = {name for row in informs for name in row.files}
+    sources = {str(file.relative_to(root)) for room in SOURCES for file in (root / "firmware").glob(f"{room}/*.c")}
+    lines = [f"{name}: no requirement" for name in sorted(sources - named - other)]
+    lines += [f"{name}: both in a requirement and among those that only inform" for name in sorted(named & other)]
+    return lines + [f"{name}: does not exist" for name in sorted(other - sources)]
+
+
 def gaps(requirements: list[Requirement], known_hazards: list[str], root: Path = ROOT) -> list[str]:
-    """The gaps, one line each."""
+    """The gaps from requirements to hazards, code, tests and reasons, one line each."""
     lines = []
     ids = [requirement.id for requirement in requirements]
     lines += [f"{name}: twice" for name in sorted({name for name in ids if ids.count(name) > 1})]
@@ -102,7 +128,7 @@ def short(reference: str) -> str:
     return Path(reference).name.replace(":", " ")
 
 
-def page(requirements: list[Requirement], found: dict[str, str] | None = None) -> str:
+def page(requirements: list[Requirement], informs: list[Informs], found: dict[str, str] | None = None) -> str:
     lines = [
         "# Requirements and their trace",
         "",
@@ -120,6 +146,10 @@ def page(requirements: list[Requirement], found: dict[str, str] | None = None) -
         )
         met, reasons = ", ".join(requirement.hazards), ", ".join(requirement.reasons)
         lines.append(f"| {requirement.id} | {requirement.text} | {met} | {code} | {tests} | {reasons} |")
+    lines += ["", "## Sources that only inform", "", "Every other source of the firmware is in a row above.", ""]
+    lines += ["| source | what it does |", "|---|---|"]
+    for row in informs:
+        lines.append(f"| {', '.join(f'`{name}`' for name in row.files)} | {row.reason} |")
     return "\n".join(lines) + "\n"
 
 
@@ -128,8 +158,8 @@ def main() -> int:
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--results", type=Path)
     arguments = parser.parse_args()
-    requirements = read()
-    lines = gaps(requirements, hazards())
+    requirements, informs = read(), read_informs()
+    lines = gaps(requirements, hazards()) + untraced(requirements, informs)
     if arguments.results:
         found = results(arguments.results)
         for requirement in requirements:
@@ -138,12 +168,12 @@ def main() -> int:
                 for reference in requirement.tests
                 if found.get(reference) != "passed"
             ]
-        print(page(requirements, found), end="")
+        print(page(requirements, informs, found), end="")
     elif arguments.check:
-        if not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != page(requirements):
+        if not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != page(requirements, informs):
             lines.append("docs/safety/requirements.md is not current: tools/safety/trace.py")
     else:
-        PAGE.write_text(page(requirements), encoding="utf-8")
+        PAGE.write_text(page(requirements, informs), encoding="utf-8")
     for line in lines:
         print(line, file=sys.stderr)
     return 1 if lines else 0
