@@ -4,7 +4,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 export JOBS ?= 2
 VENV ?= .venv
-PYTEST = env -u PYTHONDONTWRITEBYTECODE $(VENV)/bin/python -m pytest -q -n $(JOBS) $(ARGS)
+PYTEST = env -u PYTHONDONTWRITEBYTECODE $(VENV)/bin/python -m pytest -q -n $${WORKERS:-$(JOBS)} $(ARGS)
 BUILT := library library-fixed kernel guard guard-fixed guard-sanitized strict-clang unit-programs
 IMAGES := unit-images counting-images bench-images
 # All programs for the tests. A program that does not build fails its own tests with the reason.
@@ -49,7 +49,7 @@ docs: library; @tools/docs/build ## build the documentation: build/docs/site/ind
 test: venv library library-fixed kernel ## run every test that this machine can run
 	@if [ "$$(id -u)" = 0 ]; then for tool in can cbmc clang clang19 osmesa arm qemu valgrind; do tools/toolbox $$tool || true; done; fi
 	@tools/build -k $(PREPARED) $$(tools/toolbox arm 2>/dev/null && echo $(IMAGES)) >build/prepare.log 2>&1 || true
-	@$(PYTEST) --junitxml=build/results/test.xml
+	@WORKERS=$$(($(JOBS) + 2)); $(PYTEST) --junitxml=build/results/test.xml
 quick: SELECT = -m quick ## run the tests that need no privileges and no network, in less than a minute
 host-test: SELECT = tests/host ## run the tests of the host package, and of the firmware through it
 unit: SELECT = tests/unit ## run the unit tests of the firmware (Unity, under sanitizers)

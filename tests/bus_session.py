@@ -1,8 +1,9 @@
 """Tests that need vcan0 run in a second pytest inside tools/vcan. Its reports become those of this run.
 
-Each group of tests has its own vcan0, so that two workers can share the groups. The inner run of a group gets the
-names of the selected tests in a file, and appends each of its reports as a line of JSON to another. The outer run reads
-that file as it grows. In the inner run, where vcan0 exists, this module only writes.
+Each group of tests has its own vcan0, so that two workers can share the groups. They mostly wait: `make test` has two
+more workers than processors, and the others let the bus go first. The inner run of a group gets the names of the
+selected tests in a file, and appends each of its reports as a line of JSON to another. The outer run reads that file as
+it grows. In the inner run, where vcan0 exists, this module only writes.
 """
 
 import json
@@ -21,6 +22,7 @@ from checkout import BUILD, REFUSED, ROOT, ci_accepts, lacking, make
 REPORTS = "TAUPERP_BUS_REPORTS"
 # Longer than the slowest test of the bus: only a session that hangs ends in this way.
 SILENCE_S = 900
+NICE = 10  # of the workers that do not run tests of the bus
 PROGRAMS = (
     "library",
     "library-fixed",
@@ -129,16 +131,25 @@ class Outside:
     def __init__(self) -> None:
         self._inner: Inner | None = None
         self._group = ""
+        self._in_the_way = True
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> bool | None:
         if item.get_closest_marker("bus") is None:
+            self._give_way(item.session.items)
             return None
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         for report in self._reports(item):
             item.ihook.pytest_runtest_logreport(report=report)
         item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
         return True
+
+    def _give_way(self, items: list[pytest.Item]) -> None:
+        """Tests of the bus have deadlines: a worker that runs none leaves them the processors."""
+        if self._in_the_way and "PYTEST_XDIST_WORKER" in os.environ:
+            if any(item.get_closest_marker("bus") for item in items):
+                os.nice(NICE)
+            self._in_the_way = False
 
     def _reports(self, item: pytest.Item) -> list[pytest.TestReport]:
         reason = lacking(item)
