@@ -159,7 +159,7 @@ static inline num_wide_t num_wide_share(num_wide_t a, uint32_t bits) {
 /* |along| <= 2^-bits sqrt(first second). Squares below 1e-16 count as zero: the products of such may have no exact
  * float. */
 static inline bool num_is_orthogonal(num_wide_t along, num_wide_t first, num_wide_t second, uint32_t bits) {
-    const float share = 1.0f / (float)(1u << bits);
+    const float share = 1.0f / (float)((uint32_t)1 << bits);
     return (first <= 1e-16f) || (second <= 1e-16f) ||
            (__builtin_fabsf(along) <= (share * num_float_root(first) * num_float_root(second)));
 }

@@ -118,7 +118,7 @@ static void fill_page(guard_t *guard, const guard_output_t *out, struct tauperp_
     message->resets_refused = counters->resets_refused;
     message->trip_count = counters->trips;
     message->saturations = held16(guard->saturations);
-    message->firmware_version = (uint16_t)((TAUPERP_VERSION_MAJOR << 8) | TAUPERP_VERSION_MINOR);
+    message->firmware_version = (uint16_t)(((uint32_t)TAUPERP_VERSION_MAJOR << 8) | (uint32_t)TAUPERP_VERSION_MINOR);
     message->wire_version = PROTOCOL_WIRE_VERSION;
     message->numeric = (uint8_t)NUM_NUMERIC;
     message->worst_tick_time = held16(guard->report.worst_tick_time_us);

@@ -6,7 +6,7 @@
 /* The number that bounds loops, in the block, here and in the snapshot. It is checked before any loop runs. */
 static bool joint_count_is_valid(const guard_t *self) {
     return (self->joints <= ROBOT_MAX_JOINTS) && (self->joints == self->config->robot.joint_count) &&
-           (((1u << self->joints) - 1u) == self->inputs.snapshot.expected);
+           ((((uint32_t)1 << self->joints) - 1u) == self->inputs.snapshot.expected);
 }
 
 static bool state_is_valid(const guard_t *self) {

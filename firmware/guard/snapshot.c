@@ -10,7 +10,7 @@ bool snapshot_init(snapshot_t *self, uint32_t joint_count) {
     if ((joint_count < 1u) || (joint_count > ROBOT_MAX_JOINTS)) {
         return false;
     }
-    self->expected = (uint8_t)((1u << joint_count) - 1u);
+    self->expected = (uint8_t)(((uint32_t)1 << joint_count) - 1u);
     return true;
 }
 

@@ -29,7 +29,7 @@ OPTIONS = [
     "--enable=style,warning,portability",
     "--suppress=missingIncludeSystem",
     "--template={file}:{line}: {id}: {message}",
-    "-DTAUPERP_BUILD_ID=0u",
+    "-DTAUPERP_BUILD_ID=0x12345678u",
     *(f"-Ifirmware/{folder}" for folder in (*ROOMS, "wire/generated")),
 ]
 FINDING = re.compile(r"^firmware/(\S+?):(\d+): (?:misra-c2012-)?([\w.]+): (.*)$", re.MULTILINE)
