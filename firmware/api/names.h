@@ -135,6 +135,7 @@
 #define plausibility_init TAUPERP_INTERNAL(plausibility_init)
 #define plausibility_step TAUPERP_INTERNAL(plausibility_step)
 #define reason_class TAUPERP_INTERNAL(reason_class)
+#define reason_is_contact TAUPERP_INTERNAL(reason_is_contact)
 #define reason_worse TAUPERP_INTERNAL(reason_worse)
 #define regressor_is_valid TAUPERP_INTERNAL(regressor_is_valid)
 #define report_init TAUPERP_INTERNAL(report_init)

@@ -1,4 +1,5 @@
 #include "guard_parts.h"
+#include "guard_reason.h"
 
 /* A collision brings an index from half of its threshold to all of it in less than this. */
 #define TOUCH_RISE_US 40000u
@@ -9,15 +10,9 @@ void contact_init(guard_contact_t *self) {
     locate_init(&self->locate);
 }
 
-static bool is_contact(guard_reason_t reason) {
-    return (reason == GUARD_REASON_COLLISION) || (reason == GUARD_REASON_SUDDEN) ||
-           (reason == GUARD_REASON_EXPLAINED_FORCE) || (reason == GUARD_REASON_EXPLAINED_MOMENT) ||
-           (reason == GUARD_REASON_RESIDUAL_LIMIT);
-}
-
 void contact_note_trip(guard_t *self, const guard_event_t *event) {
     guard_contact_t *const contact = &self->contact;
-    if (is_contact(event->reason)) {
+    if (reason_is_contact(event->reason)) {
         const bool named = (event->joint > 0u) && (event->joint <= ROBOT_MAX_JOINTS);
         const uint32_t joint = named ? (event->joint - 1u) : 0u;
         contact->kind = (uint8_t)CONTACT_CLASS_UNKNOWN;

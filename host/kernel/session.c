@@ -1,5 +1,7 @@
 #include "session.h"
 
+#include "guard_reason.h"
+
 #define RESET_HALF_S 0.02 /* half period of the square wave that requests a reset */
 
 bool session_init(session_t *self, const kernel_setup_t *setup) {
@@ -33,16 +35,8 @@ bool session_permitted(const session_t *self) {
     return self->tracks.out[0].permitted;
 }
 
-/* True if the guard stopped because of a computed value, not because of a missing, frozen or implausible input. */
-static bool by_detection(const session_t *self) {
-    const guard_reason_t reason = self->tracks.out[0].reason;
-    return (reason == GUARD_REASON_COLLISION) || (reason == GUARD_REASON_EXPLAINED_FORCE) ||
-           (reason == GUARD_REASON_EXPLAINED_MOMENT) || (reason == GUARD_REASON_RESIDUAL_LIMIT) ||
-           (reason == GUARD_REASON_SUDDEN);
-}
-
 void session_count_stop(const session_t *self, kernel_result_t *result) {
-    if (by_detection(self)) {
+    if (reason_is_contact(self->tracks.out[0].reason)) {
         ++result->stops;
     } else {
         ++result->input_stops;

@@ -21,6 +21,8 @@ void proof_reasons(void) {
     HOLDS(reason_worse((guard_reason_t)first, GUARD_REASON_NONE) == (guard_reason_t)first,
           "NONE never replaces a fault");
     (void)reason_class((guard_reason_t)first);
+    HOLDS(!reason_is_contact((guard_reason_t)first) || (reason_class((guard_reason_t)first) == REASON_STOPPED),
+          "a contact is a stop, not a fault");
     REACHED;
 }
 

@@ -1,6 +1,6 @@
 /* The bits of every stage of a tick (bits.h): each task, both projectors, both orders. */
 #include "bits.h"
-#include "config.h"
+#include "guard.h"
 #include "robots.h"
 
 void setUp(void) {}
@@ -14,17 +14,8 @@ static void fold_vector(vec3_t v) {
 
 /* --- a tick ------------------------------------------------------------------------------------------------------- */
 
-/* All stages with state, as the guard runs them. */
-static struct {
-    motion_t motion;
-    observer_t observer;
-    acceleration_t acceleration;
-    regressor_t regressor;
-    index_t index;
-    explained_t explained;
-    bank_t bank;
-    detector_t detector;
-} stage;
+/* Only its stages are used, as the guard runs them. */
+static guard_t stage;
 
 static observer_config_t gains;
 static bank_config_t channels;

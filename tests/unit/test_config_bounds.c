@@ -28,44 +28,6 @@ static void assert_number_refused(num_t *number, num_t value, guard_status_t exp
     assert_verdict(expected);
 }
 
-#define SLOW_PERIOD_US CONFIG_PERIOD_MAX_US
-
-/* 20 Hz, K = 10 1/s: the longest period and the slowest observer. */
-static void make_slow(void) {
-    static const double decay[CONFIG_MAX_GAP] = {0.606530659712633, 0.367879441171442, 0.223130160148430,
-                                                 0.135335283236613};
-    config.period_us = SLOW_PERIOD_US;
-    config.sync_deadline_us = 2u * SLOW_PERIOD_US;
-    config.joint_deadline_us = 2u * SLOW_PERIOD_US;
-    config.task_deadline_us = 4u * SLOW_PERIOD_US;
-    config.tick_deadline_us = CONFIG_TICK_MAX_US;
-    config.settling_us = CONFIG_SLOWEST_SETTLING_US;
-    config.reset_healthy_us = CONFIG_SLOWEST_SETTLING_US;
-    config.task_dwell_cycles = CONFIG_DWELL_MIN_US / SLOW_PERIOD_US;
-    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
-        config.observer.decay[g] = NUM(decay[g]);
-        config.observer.gain[g] = NUM(1.0 - decay[g]);
-        config.observer.momentum_gain[g] = NUM((1.0 - decay[g]) / ((g + 1.0) * 0.05));
-        config.bank.channel[0].own[g] = NUM(decay[g]);
-    }
-}
-
-static void test_at_the_longest_period_times_are_bounded_in_microseconds(void) {
-    make_slow();
-    assert_verdict(GUARD_OK);
-    make_slow();
-    assert_word_refused(&config.tick_deadline_us, CONFIG_TICK_MAX_US + 1u, GUARD_BAD_TIMING);
-    make_slow();
-    assert_word_refused(&config.task_deadline_us, CONFIG_INPUT_MAX_US + 1u, GUARD_BAD_TIMING);
-}
-
-static void test_a_block_whose_reaction_takes_too_long_is_refused(void) {
-    make_slow();
-    config.joint_deadline_us = 4u * SLOW_PERIOD_US;
-    TEST_ASSERT_TRUE(config_reaction_us(&config) > CONFIG_REACTION_MAX_US);
-    assert_verdict(GUARD_TOO_SLOW);
-}
-
 static void test_the_reaction_is_that_of_the_fastest_watched_channel(void) {
     const uint32_t alone_us = config_reaction_us(&config);
     config.bank.channels = 2u;
@@ -292,8 +254,6 @@ static void test_a_channel_of_sudden_may_stand_before_another_channel(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_at_the_longest_period_times_are_bounded_in_microseconds);
-    RUN_TEST(test_a_block_whose_reaction_takes_too_long_is_refused);
     RUN_TEST(test_the_reaction_is_that_of_the_fastest_watched_channel);
     RUN_TEST(test_each_constant_of_the_observer_is_bounded);
     RUN_TEST(test_each_constant_of_the_projection_is_bounded);

@@ -194,22 +194,36 @@ static void test_a_momentum_gain_is_at_most_500_per_second(void) {
 
 /* --- reaction ----------------------------------------------------------------------------------------------------- */
 
+/* An observer for a period of `period_ms`, and the longest settling and health that every period permits. */
+static void make_slow_observer(int32_t period_ms, const double decay[CONFIG_MAX_GAP]) {
+    make_observer(decay);
+    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
+        config.observer.momentum_gain[g] = config.observer.momentum_gain[g] / period_ms;
+    }
+    config.settling_us = 500000u;
+    config.reset_healthy_us = 500000u;
+}
+
 /* A period of 25 ms: the sample's age, 8 ticks until 1 - 0.91^k is half, 3 ticks of debounce in the slowest task, and
  * the deadlines of joints (100 ms) and ticks (200 ms). */
 static void make_slow(uint32_t period_us) {
     static const double decay[CONFIG_MAX_GAP] = {0.75, 0.5625, 0.421875, 0.31640625};
     make_timing(period_us);
-    make_observer(decay);
-    for (uint32_t g = 0; g < CONFIG_MAX_GAP; ++g) {
-        config.observer.momentum_gain[g] = config.observer.momentum_gain[g] / 25;
-    }
-    config.settling_us = 500000u;
-    config.reset_healthy_us = 500000u;
+    make_slow_observer(25, decay);
     config.joint_deadline_us = 100000u;
     config.tick_deadline_us = 200000u;
     config.bank.channel[0].own[0] = NUM(0.91);
     config.bank.channel[0].in[0] = NUM(0.36);
     config.task[TASK_PAYLOAD].detector.debounce_ticks = 3u;
+}
+
+/* 20 Hz, K = 10 1/s. */
+static void test_a_block_with_the_longest_period_and_the_slowest_observer_is_accepted(void) {
+    static const double decay[CONFIG_MAX_GAP] = {0.606530659712633, 0.367879441171442, 0.223130160148430,
+                                                 0.135335283236613};
+    make_timing(50000u);
+    make_slow_observer(50, decay);
+    TEST_ASSERT_EQUAL(GUARD_OK, judged());
 }
 
 static void test_the_worst_reaction_is_600_ms(void) {
@@ -243,6 +257,7 @@ int main(void) {
     RUN_TEST(test_an_observer_has_a_memory_and_a_gain_below_one);
     RUN_TEST(test_settling_may_leave_exactly_its_bound);
     RUN_TEST(test_a_momentum_gain_is_at_most_500_per_second);
+    RUN_TEST(test_a_block_with_the_longest_period_and_the_slowest_observer_is_accepted);
     RUN_TEST(test_the_worst_reaction_is_600_ms);
     return UNITY_END();
 }

@@ -1,7 +1,7 @@
 /* stages: the instructions of each stage of the core over random states: for each task of the block, and for each index
  * with a bank of three second-order channels and with a single channel.
  */
-#include "config.h"
+#include "guard.h"
 #include "report.h"
 #include "states.h"
 
@@ -30,18 +30,7 @@ enum {
 static const char *const STAGE_NAMES[STAGE_COUNT] = {"motion", "observer", "index", "explained",
                                                      "bank",   "detector", "total"};
 
-typedef struct {
-    motion_t motion;
-    observer_t observer;
-    acceleration_t acceleration;
-    regressor_t regressor;
-    index_t index;
-    explained_t explained;
-    bank_t bank;
-    detector_t detector;
-} core_t;
-
-static core_t core;
+static guard_t core; /* only its stages are used */
 
 static void step(const bench_state_t *state, const guard_config_t *config, const task_config_t *task, tally_t tally[]) {
     const robot_t *const robot = &config->robot;
