@@ -98,6 +98,14 @@ def test_processor_time_is_counted_and_summed_up(checkout: Path) -> None:
     assert "seconds of processor time; two cores have 120 in 1 minutes" in page
 
 
+def test_a_page_of_some_parts_says_so(checkout: Path) -> None:
+    page_of(checkout, "good", "bad")
+    options = ["--out", str(checkout / "out"), "--parts", str(checkout / "parts.toml"), "--only", "good"]
+    assert evidence.main(options, checkout) == 0
+    page = (checkout / "out" / "index.md").read_text()
+    assert "**Not the whole record**: 1 parts were left out by --only." in page
+
+
 def test_an_interrupt_leaves_no_page_and_no_process(checkout: Path) -> None:
     page_of(checkout, "good")
     (checkout / "parts.toml").write_text(

@@ -128,7 +128,7 @@ def commit(root: Path) -> str:
     return (git("rev-parse", "HEAD") or "no commit") + changed
 
 
-def page(results: list[Result], head: str, minutes: float) -> str:
+def page(results: list[Result], head: str, minutes: float, left_out: int) -> str:
     red = [result for result in results if not result.green]
     now = datetime.now(UTC)
     cpu_s = sum(result.cpu_seconds for result in results)
@@ -138,6 +138,7 @@ def page(results: list[Result], head: str, minutes: float) -> str:
         f"Commit {head}.",
         f"{now:%Y-%m-%d %H:%M} UTC, {platform.system()} {platform.machine()}, {os.cpu_count()} processors.",
         f"**{'RED' if red or not results else 'GREEN'}**: {len(results) - len(red)} of {len(results)} parts are green.",
+        *([f"**Not the whole record**: {left_out} parts were left out by --only."] if left_out else []),
         f"{cpu_s:,.0f} seconds of processor time; two cores have {2 * 60 * minutes:,.0f} in {minutes:.0f} minutes.",
         "",
         "| part | status | command | seconds | of processor time | SHA-256 of its output |",
@@ -157,9 +158,7 @@ def page(results: list[Result], head: str, minutes: float) -> str:
             f"`{result.part.command}` at {head[:12]}: {result.status}.",
             f"Output: {result.log.name}, SHA-256 {result.digest}.",
             "",
-            "```",
-            *result.lines,
-            "```",
+            *(["```", *result.lines, "```"] if result.lines else ["It printed nothing."]),
         ]
     return "\n".join(lines) + "\n"
 
@@ -172,7 +171,8 @@ def main(arguments: list[str] | None = None, root: Path = ROOT) -> int:
     parser.add_argument("--only", nargs="*", default=[], metavar="WORD", help="parts whose goal is one of these")
     parser.add_argument("--patience", type=float, default=1.0, help="factor of every time limit")
     options = parser.parse_args(arguments)
-    parts = [part for part in read(options.parts) if not options.only or part.goal in options.only]
+    every = read(options.parts)
+    parts = [part for part in every if not options.only or part.goal in options.only]
     options.out.mkdir(parents=True, exist_ok=True)
     for old in [options.out / "index.md", *options.out.glob("*.log")]:
         old.unlink(missing_ok=True)
@@ -190,7 +190,7 @@ def main(arguments: list[str] | None = None, root: Path = ROOT) -> int:
     if commit(root) != head:
         results.append(Result(Part("The sources stayed the same", "", "git status", 0), "red: they changed meanwhile"))
     written = options.out / "index.new"
-    written.write_text(page(results, head, options.minutes), encoding="utf-8")
+    written.write_text(page(results, head, options.minutes, len(every) - len(parts)), encoding="utf-8")
     written.replace(options.out / "index.md")
     red = [f"{result.status}: {result.part.name}" for result in results if not result.green]
     print("\n".join([str(options.out / "index.md"), *red]))
