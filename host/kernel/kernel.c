@@ -8,10 +8,11 @@
 #include "push.h"
 #include "session.h"
 
-#define PERMIT_LIMIT_S 3.0 /* a guard that has not permitted an arm at rest by then never will */
-#define SETTLE_S       0.5 /* time at rest before a motion that does not wait for permission */
-#define WATCHED_S      0.3 /* observed time after the end of a push */
-#define CLAMPED_S      0.9 /* after the stop, of a push that stays */
+#define PERMIT_LIMIT_S 3.0   /* a guard that has not permitted an arm at rest by then never will */
+#define SETTLE_S       0.5   /* time at rest before a motion that does not wait for permission */
+#define WATCHED_S      0.3   /* observed time after the end of a push */
+#define CLAMPED_S      0.9   /* after the stop, of a push that stays */
+#define LOCATED_S      0.064 /* after the stop: LOCATE_US of guard_contact.c */
 
 void kernel_describe(uint32_t abi_sizes_versions[8]) {
     const uint32_t values[8] = {KERNEL_ABI,
@@ -98,6 +99,14 @@ static bool live(plant_t *plant, push_t *push, double time_s, kernel_result_t *r
     return true;
 }
 
+/* The guard's estimate of the force is a mean over the same time. */
+static void note_force(const push_t *push, double now_s, double period_s, kernel_result_t *result) {
+    const double since_s = now_s - result->stop_s; /* NaN before a stop */
+    if ((since_s > 0.0) && (since_s <= LOCATED_S)) {
+        result->mean_force_after_stop_n += push->force_n * period_s / LOCATED_S;
+    }
+}
+
 static kernel_status_t collide(bench_t *bench, plant_t *plant, kernel_result_t *result) {
     const kernel_run_t *const run = plant->run;
     const uint32_t first = stand(bench, plant);
@@ -123,6 +132,7 @@ static kernel_status_t collide(bench_t *bench, plant_t *plant, kernel_result_t *
             session_note_stop(&bench->session, now_s, push.force_n, result);
             return KERNEL_OFF_WIRE;
         }
+        note_force(&push, now_s, period_s, result);
         const bool struck = !isnan(result->onset_s);
         const double since_s = struck ? now_s - result->onset_s : -1.0;
         result->simulated_s = now_s;

@@ -14,7 +14,7 @@
 
 #include <stdint.h>
 
-#define KERNEL_ABI       5u
+#define KERNEL_ABI       6u
 #define KERNEL_COLUMNS   6u /* SUBSPACE_MAX_COLUMNS */
 #define KERNEL_JOINTS    8
 #define KERNEL_GUARDS    8  /* guards that receive the same frames; the first one controls the arm */
@@ -156,8 +156,9 @@ typedef struct {
     double force_at_stop_n;
     double peak_force_n; /* largest force of the run */
     double peak_force_after_stop_n;
-    double tip_speed_m_s; /* at the onset, or at the end without one */
-    double free_s;        /* observed with permission before the onset or the stop */
+    double mean_force_after_stop_n; /* over the time in which the guard locates the contact */
+    double tip_speed_m_s;           /* at the onset, or at the end without one */
+    double free_s;                  /* observed with permission before the onset or the stop */
     double simulated_s;
     double stop_value_nm, stop_threshold_nm;
     double contact_force[3];          /* on the robot as the guard estimates it, base frame; 0 without an answer */

@@ -103,20 +103,24 @@ void locate_init(locate_t *self) {
     *self = any;
 }
 
-void locate_begin(locate_t *self, uint32_t joints) {
+void locate_begin(locate_t *self, uint32_t joints, uint32_t ticks, const num_t threshold[]) {
     locate_t any;
     (void)joints;
+    (void)ticks;
+    (void)threshold;
     *self = any;
 }
 
-bool locate_step(locate_t *self, const lever_config_t *shape, uint32_t joints, motion_t *motion, const num_t residual[],
-                 bool calm) {
+bool locate_step(locate_t *self, const lever_config_t *shape, uint32_t joints, motion_t *motion,
+                 const observer_t *observer, const index_t *index, const explained_t *explained, bool calm) {
     locate_t any;
     bool done;
     uint32_t watched;
     (void)shape;
     (void)joints;
-    (void)residual;
+    (void)observer;
+    (void)index;
+    (void)explained;
     (void)calm;
     *self = any;
     motion->watched = watched;

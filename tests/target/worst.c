@@ -80,7 +80,8 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
     const bool searches = (random_bits() % 2u) == 0u; /* which replaces the evaluation of the links */
     const sight_config_t look = {.force_n = NUM(500)};
     const lever_config_t shape = {.middle = {{NUM(0.1), NUM(0.1), NUM(0.1)}}, .half_m = {NUM(0.1)}};
-    locate_begin(&locate, robot->joint_count);
+    locate_begin(&locate, robot->joint_count, 1u, task->detector.threshold_nm[0]);
+    (void)locate_step(&locate, &shape, robot->joint_count, &motion, &observer, &index_state, &explained, false);
     const uint32_t begin = counter_read();
     motion_step(&motion, robot, q, qd);
     observer_step(&observer, gains, robot->joint_count, &motion, tau, gap);
@@ -91,7 +92,7 @@ static uint32_t stages(uint32_t worst, const observer_config_t *gains, const ban
     bank_step(&bank, channels, robot->joint_count, observer.gap, index_state.unexplained, index_state.sudden, 0u);
     detector_step(&detector, &task->detector, robot->joint_count, &bank);
     if (searches) {
-        (void)locate_step(&locate, &shape, robot->joint_count, &motion, observer.residual, false);
+        (void)locate_step(&locate, &shape, robot->joint_count, &motion, &observer, &index_state, &explained, false);
     } else {
         sight_step(&sight, &look, &shape, robot->joint_count, &motion, &index_state, channels, &task->detector, 0u);
     }

@@ -81,6 +81,7 @@ static void test_one_joint_that_rises_ends_the_calm(void) {
     for (uint32_t joint = 0; joint < JOINTS; ++joint) {
         *guard = permitting;
         guard->observer.residual[3] = NUM(10);
+        guard->contact.locate.next = 3u;
         const num_t before = guard->contact.locate.before[3];
         guard->detector.value_nm[joint] = guard->detector.threshold_nm[joint];
         contact_step(guard);
@@ -88,6 +89,7 @@ static void test_one_joint_that_rises_ends_the_calm(void) {
     }
     *guard = permitting;
     guard->observer.residual[3] = NUM(10);
+    guard->contact.locate.next = 3u;
     contact_step(guard);
     TEST_ASSERT_TRUE(guard->contact.locate.before[3] > permitting.contact.locate.before[3]);
 }

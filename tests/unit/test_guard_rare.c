@@ -192,6 +192,36 @@ static void test_a_search_for_the_contact_begins_with_every_reason_that_is_one(v
     TEST_ASSERT_FALSE(guard->contact.touching);
 }
 
+/* The least threshold of a channel of the unexplained torque; 2 Nm on each joint is the largest. */
+static void test_a_search_weights_joints_by_their_thresholds(void) {
+    const guard_event_t event = {.reason = GUARD_REASON_COLLISION, .joint = 1u};
+    detector_config_t *const detector = &bench.config.task[TASK_NONE].detector;
+    detector->channels = 7u;
+    bench.config.bank.channel[2].of = (uint32_t)CHANNEL_SUDDEN;
+    for (uint32_t i = 0; i < JOINTS; ++i) {
+        detector->threshold_nm[1][i] = (i == 3u) ? NUM(0.5) : NUM(4);
+        detector->threshold_nm[2][i] = NUM(0.25);
+    }
+    guard->task = TASK_NONE;
+    contact_note_trip(guard, &event);
+    TEST_ASSERT_TRUE(guard->contact.locate.weight[2] == NUM(1));
+    TEST_ASSERT_TRUE(guard->contact.locate.weight[3] == NUM(4));
+    guard->task = TASK_COUNT; /* no task, no thresholds */
+    contact_note_trip(guard, &event);
+    TEST_ASSERT_TRUE(guard->contact.locate.weight[2] == guard->contact.locate.weight[3]);
+}
+
+static void test_the_force_is_reported_with_its_link_only(void) {
+    run_until_permitted(&bench);
+    guard->contact.locate.force_n.x = NUM(30);
+    cycle(&bench);
+    TEST_ASSERT_TRUE(bench.out.contact_force.x == NUM(0));
+    guard->contact.locate.link = 3u;
+    cycle(&bench);
+    TEST_ASSERT_EQUAL(3, bench.out.contact_link);
+    TEST_ASSERT_TRUE(bench.out.contact_force.x == NUM(30));
+}
+
 static void test_the_time_for_which_an_index_rises_stays_at_its_end(void) {
     run_until_permitted(&bench);
     guard->contact.rising[0] = UINT16_MAX;
@@ -308,6 +338,8 @@ int main(void) {
     RUN_TEST(test_one_frame_that_arrives_many_times_counts_as_one_repetition);
     RUN_TEST(test_a_guard_that_waits_names_an_implausible_joint);
     RUN_TEST(test_a_search_for_the_contact_begins_with_every_reason_that_is_one);
+    RUN_TEST(test_a_search_weights_joints_by_their_thresholds);
+    RUN_TEST(test_the_force_is_reported_with_its_link_only);
     RUN_TEST(test_the_time_for_which_an_index_rises_stays_at_its_end);
     RUN_TEST(test_a_task_that_does_not_exist_has_no_columns);
     RUN_TEST(test_a_reading_refused_after_a_collision_is_no_new_trip);

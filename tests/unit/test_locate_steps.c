@@ -8,7 +8,10 @@
 
 #include "core_fixture.h"
 
-static locate_t search;
+static locate_t state;
+static observer_t observer;
+static index_t explains;
+static explained_t explained;
 static lever_config_t shape;
 static motion_t motion;
 static uint32_t held;
@@ -16,7 +19,10 @@ static uint32_t held;
 void setUp(void) {
     held = 0;
     random_start(49);
-    locate_init(&search);
+    locate_init(&state);
+    observer = (observer_t){.gain = NUM(0.5)};
+    explains = (index_t){0};
+    explained = (explained_t){0};
     memset(&motion, 0, sizeof(motion));
 }
 void tearDown(void) {}
@@ -28,77 +34,115 @@ static void test_the_logarithm_is_within_a_hundredth(void) {
     TEST_ASSERT_TRUE(logarithm(NUM(0.5), &held) == NUM(0));
 }
 
+static const num_t alike[ROBOT_MAX_JOINTS] = {NUM(0.6), NUM(0.6), NUM(0.6), NUM(0.6), NUM(0.6), NUM(0.6), NUM(0.6)};
+
+static bool step(uint32_t joints, bool calm) {
+    return locate_step(&state, &shape, joints, &motion, &observer, &explains, &explained, calm);
+}
+
 static void test_a_search_begins_without_what_the_last_one_found(void) {
-    memset(&search, 0x11, sizeof(search));
-    search.before[3] = NUM(7);
-    locate_begin(&search, 7u);
+    memset(&state, 0x11, sizeof(state));
+    state.before[3] = NUM(7);
+    locate_begin(&state, 7u, 20u, alike);
     for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
-        TEST_ASSERT_TRUE((search.cost[i] == NUM(0)) && (search.largest[i] == NUM(0)));
+        TEST_ASSERT_TRUE((state.change[i] == NUM(0)) && (state.weight[i] == NUM(1)));
     }
-    TEST_ASSERT_EQUAL(3u * 7u, search.steps);
-    TEST_ASSERT_EQUAL(0, search.link);
-    TEST_ASSERT_TRUE((search.force_n.x == NUM(0)) && (search.force_n.y == NUM(0)) && (search.force_n.z == NUM(0)));
-    TEST_ASSERT_TRUE(search.before[3] == NUM(7));
+    TEST_ASSERT_EQUAL(20u + 7u, state.steps);
+    TEST_ASSERT_EQUAL(0, state.link);
+    TEST_ASSERT_EQUAL(0, state.best_link);
+    TEST_ASSERT_TRUE((state.best == NUM(511)) && (state.second == NUM(511)));
+    TEST_ASSERT_TRUE((state.force_n.x == NUM(0)) && (state.force_n.y == NUM(0)) && (state.force_n.z == NUM(0)));
+    TEST_ASSERT_TRUE(state.before[3] == NUM(7));
+    ASSERT_CLOSE(0.05, value_of(state.part), 1e-6);
+    ASSERT_CLOSE(0.15, value_of(state.sigma), 1e-6);
 }
 
-/* Costs are over 16: a link is named if it leads by 1 and costs less than 60. */
+/* The largest threshold over the own one, up to 16. Without thresholds sigma is 0.05 Nm. */
+static void test_the_weights_follow_the_thresholds(void) {
+    static const num_t threshold[ROBOT_MAX_JOINTS] = {NUM(1.6), NUM(0.4), NUM(0.01), NUM(0)};
+    locate_begin(&state, 4u, 1u, threshold);
+    static const double expected[] = {1.0, 4.0, 16.0, 16.0, 1.0};
+    for (uint32_t i = 0; i < 5u; ++i) {
+        ASSERT_CLOSE(expected[i], value_of(state.weight[i]), 1e-3);
+    }
+    ASSERT_CLOSE(0.4, value_of(state.sigma), 1e-6);
+    static const num_t none[ROBOT_MAX_JOINTS] = {NUM(0)};
+    locate_begin(&state, 4u, 1u, none);
+    ASSERT_CLOSE(0.05, value_of(state.sigma), 1e-6);
+}
+
+/* Costs are over 16: a link is named if it leads by 2 and costs less than 60. */
 static void test_a_link_is_named_if_it_leads_and_explains_the_change(void) {
-    for (uint32_t best = 0; best < 7u; ++best) {
-        for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
-            search.cost[i] = num_of((i == best) ? 3.74 : 3.74 + 0.0626);
-            for (uint32_t axis = 0; axis < 3u; ++axis) {
-                search.force[i][axis] = num_of(10.0 * i + axis + 1.0);
-            }
-        }
-        search.cost[7] = NUM(0); /* of no link */
-        decide(&search, 7u);
-        TEST_ASSERT_EQUAL(best + 1u, search.link);
-        ASSERT_CLOSE(-10.0 * best - 1.0, value_of(search.force_n.x), 1e-5);
-        ASSERT_CLOSE(-10.0 * best - 2.0, value_of(search.force_n.y), 1e-5);
-        ASSERT_CLOSE(-10.0 * best - 3.0, value_of(search.force_n.z), 1e-5);
-        search.cost[(best + 3u) % 7u] = num_of(3.74 + 0.0624); /* too near */
-        decide(&search, 7u);
-        TEST_ASSERT_EQUAL(0, search.link);
-        for (uint32_t i = 0; i < 7u; ++i) {
-            search.cost[i] = (i == best) ? num_of(3.751) : NUM(10);
-        }
-        decide(&search, 7u);
-        TEST_ASSERT_EQUAL(0, search.link);
+    static const double best[] = {3.74, 3.74, 3.751};
+    static const double lead[] = {0.1251, 0.1249, 5.0};
+    for (uint32_t k = 0; k < 3u; ++k) {
+        locate_begin(&state, 7u, 1u, alike);
+        state.steps = 1u; /* the last one, without a change */
+        state.best = num_of(best[k]);
+        state.second = num_of(best[k] + lead[k]);
+        state.best_link = 5u;
+        TEST_ASSERT_TRUE(step(7u, false));
+        TEST_ASSERT_EQUAL((k == 0u) ? 5 : 0, state.link);
     }
 }
 
-static void test_the_residual_before_a_contact_is_followed_while_the_arm_is_calm(void) {
-    num_t residual[ROBOT_MAX_JOINTS];
+/* One value in each tick: r of seven joints, a pause, six coefficients. */
+static void test_what_was_before_a_contact_is_followed_while_the_arm_is_calm(void) {
     for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
-        residual[i] = num_of(12.8 + 1.28 * i);
+        observer.residual[i] = num_of(0.8 + 0.08 * i);
     }
-    TEST_ASSERT_FALSE(locate_step(&search, &shape, 7u, &motion, residual, false));
-    TEST_ASSERT_TRUE(search.before[0] == NUM(0));
-    TEST_ASSERT_FALSE(locate_step(&search, &shape, 7u, &motion, residual, true));
+    for (uint32_t c = 0; c < SUBSPACE_MAX_COLUMNS; ++c) {
+        explained.coefficient[c] = num_of(1.6 + 0.16 * c);
+    }
+    TEST_ASSERT_FALSE(step(7u, false));
+    TEST_ASSERT_TRUE(state.before[0] == NUM(0));
+    for (uint32_t round = 0; round < 14u; ++round) {
+        TEST_ASSERT_FALSE(step(7u, true));
+    }
     for (uint32_t i = 0; i < 7u; ++i) {
-        ASSERT_CLOSE(0.1 + 0.01 * i, value_of(search.before[i]), 1e-6);
+        ASSERT_CLOSE(0.1 + 0.01 * i, value_of(state.before[i]), 1e-5);
     }
-    TEST_ASSERT_TRUE(search.before[7] == NUM(0));
+    TEST_ASSERT_TRUE(state.before[7] == NUM(0));
+    for (uint32_t c = 0; c < SUBSPACE_MAX_COLUMNS; ++c) {
+        ASSERT_CLOSE(0.2 + 0.02 * c, value_of(state.load[c]), 1e-5);
+    }
+    explains.columns = 2u; /* what the coefficients explain is not of the rest */
+    explains.column[0][0] = NUM(0.5);
+    explains.column[1][0] = NUM(-0.25);
+    const double rest = 0.8 - (0.5 * 0.2 - 0.25 * 0.22);
+    TEST_ASSERT_FALSE(step(7u, true));
+    ASSERT_CLOSE(0.1 + (rest - 0.1) / 8.0, value_of(state.before[0]), 1e-5);
 }
 
-/* The same change of 0.149 Nm, and of 0.151 Nm, around a residual of 5 Nm before the contact. */
+/* The mean of y less what was before, where `update` is y times the gain. */
+static void test_the_change_is_a_mean_beyond_what_was_before(void) {
+    locate_begin(&state, 2u, 4u, alike);
+    state.before[1] = NUM(3);
+    state.load[0] = NUM(10);
+    explains.columns = 1u;
+    explains.column[0][1] = NUM(0.2);
+    for (uint32_t k = 0; k < 4u; ++k) {
+        observer.update[1] = num_of(0.5 * (5.0 + k));
+        TEST_ASSERT_FALSE(step(2u, false));
+    }
+    ASSERT_CLOSE(0.0, value_of(state.change[0]), 1e-6);
+    ASSERT_CLOSE(6.5 - 5.0, value_of(state.change[1]), 1e-5);
+    TEST_ASSERT_EQUAL(2, state.steps);
+}
+
+/* The same change of 0.149 Nm, and of 0.151 Nm; sigma is 0.15 Nm. */
 static void test_a_change_within_the_noise_tells_nothing(void) {
-    num_t residual[ROBOT_MAX_JOINTS] = {NUM(0)};
     for (uint32_t above = 0; above < 2u; ++above) {
-        locate_begin(&search, 2u);
-        search.before[1] = NUM(5);
+        locate_begin(&state, 2u, 1u, alike);
+        state.steps = 2u;
         motion.watched = 0u;
-        residual[1] = num_of((above == 0u) ? 5.149 : 5.151);
-        residual[2] = NUM(50); /* of a joint that the arm does not have */
-        TEST_ASSERT_FALSE(locate_step(&search, &shape, 2u, &motion, residual, false));
-        TEST_ASSERT_EQUAL(above == 1u, search.cost[0] > NUM(0));
+        state.change[1] = num_of((above == 0u) ? 0.149 : 0.151);
+        state.change[2] = NUM(50); /* of a joint that the arm does not have */
+        TEST_ASSERT_FALSE(step(2u, false));
+        TEST_ASSERT_EQUAL(above == 1u, state.best < NUM(511));
         TEST_ASSERT_EQUAL(1, motion.watched);
-        TEST_ASSERT_FALSE(locate_step(&search, &shape, 2u, &motion, residual, false));
+        TEST_ASSERT_TRUE(step(2u, false));
         TEST_ASSERT_EQUAL(0, motion.watched);
-        TEST_ASSERT_EQUAL(4, search.steps);
-        for (uint32_t left = 4u; left > 0u; --left) {
-            TEST_ASSERT_EQUAL(left == 1u, locate_step(&search, &shape, 2u, &motion, residual, false));
-        }
     }
 }
 
@@ -125,7 +169,9 @@ static void test_the_columns_of_a_link(void) {
     num_t column[COLUMNS][ROBOT_MAX_JOINTS];
     num_t expected[ROBOT_MAX_JOINTS];
     draw();
-    make_columns(&motion, &shape, column, &held);
+    locate_begin(&state, 7u, 1u, alike);
+    state.weight[3] = NUM(2);
+    make_columns(&motion, &shape, state.weight, column, &held);
     const vec3_t arm = lever_arm(&motion, &shape, &held);
     for (uint32_t c = 0; c < 6u; ++c) {
         const num_t size = (c < 3u) ? NUM(1) : shape.half_m[6];
@@ -134,11 +180,12 @@ static void test_the_columns_of_a_link(void) {
                              .z = ((c % 3u) == 2u) ? size : NUM(0)};
         const vec3_t none = {NUM(0), NUM(0), NUM(0)};
         lever_torque(&motion, arm, (c < 3u) ? unit : none, (c < 3u) ? none : unit, expected, &held);
+        expected[3] = expected[3] * 2;
         TEST_ASSERT_EQUAL_MEMORY(expected, column[c], sizeof(expected));
     }
 }
 
-/* Cost of what the columns leave, and of how many they are; the force by the largest change. */
+/* Cost of what the columns leave, and of how many they are; the force of the link with the lowest cost. */
 static void test_the_cost_and_the_force_of_a_link(void) {
     num_t change[ROBOT_MAX_JOINTS];
     num_t rest[ROBOT_MAX_JOINTS];
@@ -150,12 +197,12 @@ static void test_the_cost_and_the_force_of_a_link(void) {
             change[i] = num_of(random_one());
         }
         change[2] = NUM(1);
-        locate_begin(&search, 7u);
-        look(&search, &shape, &motion, change, num_of(size[round]));
-        const num_t once = search.cost[6];
-        make_columns(&motion, &shape, column, &held);
-        soft_step(&search.soft, COLUMNS, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(LOCATE_SOFT));
-        soft_reject(&search.soft, change, rest, 0u, rest);
+        locate_begin(&state, 7u, 1u, alike);
+        look(&state, &shape, &motion, change, num_of(size[round]));
+        const num_t once = state.best;
+        make_columns(&motion, &shape, state.weight, column, &held);
+        soft_step(&state.soft, COLUMNS, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(LOCATE_SOFT));
+        soft_reject(&state.soft, change, rest, 0u, rest);
         double cost = 0.0;
         for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
             cost += value_of(change[i]) * value_of(rest[i]);
@@ -163,19 +210,22 @@ static void test_the_cost_and_the_force_of_a_link(void) {
         const double noises = fmin(size[round] / 0.15, 100.0);
         cost *= 0.5 * noises * noises / 16.0;
         for (uint32_t c = 0; c < COLUMNS; ++c) {
-            cost += log(value_of(search.soft.triangle[c][c]) / LOCATE_SOFT) / 16.0;
+            cost += log(value_of(state.soft.triangle[c][c]) / LOCATE_SOFT) / 16.0;
         }
-        ASSERT_CLOSE(cost / 3.0, value_of(once), 0.01 + 2e-3 * cost);
-        look(&search, &shape, &motion, change, num_of(0.5 * size[round])); /* smaller: its force is not taken */
-        TEST_ASSERT_TRUE(search.cost[6] > once);
+        ASSERT_CLOSE(cost, value_of(once), 0.03 + 6e-3 * cost);
+        TEST_ASSERT_EQUAL(7, state.best_link);
+        TEST_ASSERT_TRUE(state.second == NUM(511));
+        const double found[3] = {value_of(state.force_n.x), value_of(state.force_n.y), value_of(state.force_n.z)};
         for (uint32_t axis = 0; axis < 3u; ++axis) {
             double force = 0.0;
             for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
-                force += value_of(column[axis][i]) * value_of(rest[i]);
+                force -= value_of(column[axis][i]) * value_of(rest[i]); /* r balances the force */
             }
             force *= size[round] / (LOCATE_SOFT * LOCATE_SOFT);
-            ASSERT_CLOSE(force, value_of(search.force[6][axis]), 0.02 * fabs(force) + 0.02 * size[round]);
+            ASSERT_CLOSE(force, found[axis], 0.02 * fabs(force) + 0.02 * size[round]);
         }
+        look(&state, &shape, &motion, change, num_of(size[round])); /* a second link of the same cost */
+        TEST_ASSERT_TRUE((state.best == once) && (state.second == once));
     }
 }
 
@@ -183,8 +233,10 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_logarithm_is_within_a_hundredth);
     RUN_TEST(test_a_search_begins_without_what_the_last_one_found);
+    RUN_TEST(test_the_weights_follow_the_thresholds);
     RUN_TEST(test_a_link_is_named_if_it_leads_and_explains_the_change);
-    RUN_TEST(test_the_residual_before_a_contact_is_followed_while_the_arm_is_calm);
+    RUN_TEST(test_what_was_before_a_contact_is_followed_while_the_arm_is_calm);
+    RUN_TEST(test_the_change_is_a_mean_beyond_what_was_before);
     RUN_TEST(test_a_change_within_the_noise_tells_nothing);
     RUN_TEST(test_the_columns_of_a_link);
     RUN_TEST(test_the_cost_and_the_force_of_a_link);

@@ -43,9 +43,10 @@ def contact_summary(rows: Rows) -> dict[str, Any]:
 
 
 def _ratio(pushed: Rows, size: Any) -> float | None:
-    """Median ratio of the estimated force to the force at the stop. The search ends about 20 ms after the stop."""
-    known = pushed["force_at_stop_n"] > 0
-    return None if not known.any() else round(float(np.median(size[known] / pushed["force_at_stop_n"][known])), 2)
+    """Median ratio of the estimated force to the true one: means over the time in which the guard locates it."""
+    true = pushed["mean_force_after_stop_n"]
+    known = true > 0
+    return None if not known.any() else round(float(np.median(size[known] / true[known])), 2)
 
 
 def contact_line(one: dict[str, Any]) -> str:

@@ -229,7 +229,7 @@ def _force_note(contact: dict[str, Any]) -> str:
         return "No force was estimated on the right link."
     return (
         f"Force on the correctly identified links: median error of its direction {angle:g} degrees, median of its size "
-        f"over the true one at the stop {'-' if ratio is None else f'{ratio:g}'}."
+        f"over the true one {'-' if ratio is None else f'{ratio:g}'}."
     )
 
 

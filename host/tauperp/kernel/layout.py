@@ -3,7 +3,7 @@ time."""
 
 import numpy as np
 
-ABI = 5
+ABI = 6
 JOINTS, GUARDS, DETECTORS, SECTIONS, WAVES, CHANNELS, COLUMNS = 8, 8, 16, 4, 3, 4, 6
 
 NO_PUSH, PULSE, CONTACT, TOUCH, CLAMP = 0, 1, 2, 3, 4
@@ -160,6 +160,7 @@ RESULT = np.dtype(
         ("force_at_stop_n", F8),
         ("peak_force_n", F8),
         ("peak_force_after_stop_n", F8),
+        ("mean_force_after_stop_n", F8),
         ("tip_speed_m_s", F8),
         ("free_s", F8),
         ("simulated_s", F8),
