@@ -71,6 +71,31 @@ void proof_num_div(void) {
     REACHED;
 }
 
+/* What num_sizes.h says of products and quotients. */
+/* |a b| is at most |a| times the bound of |b|, which needs no proof; the rounding does. */
+void proof_num_mul_bounds(void) {
+    const num_t a = any_number();
+    const int64_t one = (int64_t)1 << 22;
+    const int64_t size = num_abs(a);
+    int64_t product;
+    uint32_t saturations;
+    const num_t rounded = num_abs(num_narrow(product, &saturations));
+    HOLDS((product > (size * one)) || (product < -(size * one)) || (rounded <= size), "a factor within 1");
+    HOLDS((product > (size * (one / 2))) || (product < -(size * (one / 2))) || (rounded <= ((size / 2) + 1)),
+          "a factor within 0.5");
+    HOLDS((product > (4 * one * one)) || (product < -(4 * one * one)) || (rounded <= NUM(4)), "two factors within 2");
+    REACHED;
+}
+
+void proof_num_div_bounds(void) {
+    const num_t a = any_number();
+    const num_t b = any_number();
+    uint32_t saturations;
+    HOLDS((num_abs(a) > num_abs(b)) || (b == 0) || (num_abs(num_div(a, b, &saturations)) <= NUM(1)),
+          "a quotient within 1");
+    REACHED;
+}
+
 void proof_num_leading(void) {
     uint64_t a;
     ASSUME(a != 0u);
@@ -87,10 +112,77 @@ void proof_num_newton(void) {
     REACHED;
 }
 
+/* Instead of num_newton: what enumerate_newton.c shows of it. proofs.toml says where it is called. */
+uint32_t stub_newton(uint32_t x) {
+    uint32_t y;
+    HOLDS(x >= (1u << 30), "the precondition of num_newton");
+    ASSUME((y >= (1u << 30)) && (y <= (1u << 31)));
+    return y;
+}
+
+/* Any square. enumerate_newton.c shows that the sum of Heron's step fits. */
+void proof_num_root(void) {
+    int64_t square;
+    HOLDS(num_root(square) >= 0, "a root is not negative");
+    REACHED;
+}
+
+/* Cosine and sine below 2 in Q30, which the next two need. */
+static const uint32_t two = 1u << 31;
+
+/* `across` is scaled down, or up without a loss. */
+static bool is_scaled(const num_double_angle_t *angle, uint64_t across) {
+    return (angle->across < (1u << 30)) && (((angle->across >> angle->left) << angle->right) <= across);
+}
+
+void proof_num_double_angle(void) {
+    uint64_t along, across;
+    ASSUME((across != 0u) && (along < ((uint64_t)1 << 63)) && (across < ((uint64_t)1 << 63)));
+    const num_double_angle_t angle = num_double_angle(along, across);
+    HOLDS((angle.cos < two) && (angle.sin < two), "cosine and sine are below 2");
+    HOLDS(is_scaled(&angle, across), "30 bits");
+    REACHED;
+}
+
+/* Instead of num_double_angle. */
+num_double_angle_t stub_double_angle(uint64_t along, uint64_t across) {
+    num_double_angle_t angle;
+    const int32_t excess = 34 - __builtin_clzll(along | across);
+    HOLDS((across != 0u) && (along < ((uint64_t)1 << 63)) && (across < ((uint64_t)1 << 63)),
+          "the precondition of num_double_angle");
+    ASSUME((angle.cos < two) && (angle.sin < two));
+    ASSUME((angle.right == ((excess > 0) ? (uint32_t)excess : 0u)) &&
+           (angle.left == ((excess < 0) ? (uint32_t)-excess : 0u)));
+    ASSUME(is_scaled(&angle, across));
+    return angle;
+}
+
+/* Any squares, and a product of two numbers: below 2^62. */
+void proof_num_smaller_eigenvalue(void) {
+    int64_t a, b, c;
+    const int64_t most = (int64_t)1 << 62;
+    ASSUME((a >= 0) && (c >= 0) && (b > -most) && (b < most));
+    const int64_t value = num_smaller_eigenvalue(a, c, b);
+    HOLDS((value >= 0) && (value <= ((a < c) ? a : c)), "not negative, and not above the smaller entry");
+    REACHED;
+}
+
+void proof_num_symmetric_rotation(void) {
+    int64_t first, second, along;
+    ASSUME((first >= 0) && (second >= 0) && (along > -((int64_t)1 << 62)) && (along < ((int64_t)1 << 62)));
+    (void)num_symmetric_rotation(first, second, along);
+    REACHED;
+}
+
 void proof_num_headroom(void) {
     num_t a;
     const int32_t headroom = num_headroom(a);
     HOLDS((headroom >= -4) && (headroom <= 26), "num_shift accepts the shift");
+    num_t entry;
+    uint32_t saturations;
+    ASSUME((a >= 0) && (entry >= -a) && (entry <= a));
+    const num_t shifted = num_shift(entry, headroom, &saturations);
+    HOLDS((shifted >= -NUM(32)) && (shifted <= NUM(32)), "a shifted entry is below 32");
     REACHED;
 }
 
@@ -140,6 +232,7 @@ void proof_num_inverse_root(void) {
     int64_t square;
     const num_inverse_t inverse = num_inverse_root(square);
     HOLDS((inverse.shift >= 9u) && (inverse.shift <= 40u), "num_times accepts the shift");
+    HOLDS((inverse.mantissa >= (1u << 30)) && (inverse.mantissa <= (1u << 31)), "num_times accepts the mantissa");
     REACHED;
 }
 

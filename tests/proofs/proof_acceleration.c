@@ -1,8 +1,10 @@
-/* firmware/core, fixed point, part two: a stage whose sums of products stay in range only because an arm is a physical
- * system. Bounds, pointers, shifts and loops are proved here; the sums are not. */
-#include "num_stub.h"
+/* firmware/core/acceleration.c: any Jacobian below 64, any command. vec3_unit is a stub: proof_vec3 and
+ * enumerate_newton.c show it. */
+#include "num_sizes.h"
 
 #include "acceleration.c"
+#include "any_table.h"
+#include "unit_stub.h"
 
 void proof_acceleration(void) {
     acceleration_t acceleration;
@@ -14,6 +16,7 @@ void proof_acceleration(void) {
     num_t velocity[ROBOT_MAX_JOINTS], mass_max_kg;
     vec3_t commanded;
     ASSUME((robot.joint_count >= 1u) && (robot.joint_count <= ROBOT_MAX_JOINTS));
+    assume_jacobian(motion.jacobian);
     acceleration_step(&acceleration, &config, &gains, &observer, &robot, &motion, velocity, commanded, mass_max_kg);
     acceleration_init(&acceleration);
     REACHED;
