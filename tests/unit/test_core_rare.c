@@ -57,6 +57,9 @@ static void test_a_chase_that_restarts_keeps_the_shift_only_without_a_fill_in(vo
         TEST_ASSERT_TRUE(lost);
         TEST_ASSERT_TRUE(right.sin == none.sin);
     }
+    right = restarted_chase(NUM(0), NUM(3), NUM(4), shift, true, negligible, &lost, &saturations);
+    TEST_ASSERT_TRUE(lost); /* though this fill-in is nothing */
+    TEST_ASSERT_TRUE(right.sin != none.sin);
 }
 
 static void test_a_matrix_that_wants_more_sweeps_than_there_are_is_not_done(void) {

@@ -156,6 +156,15 @@ static void test_a_limit_itself_is_permitted(void) {
         observer.residual[i] = limits.residual_max_nm[i];
     }
     TEST_ASSERT_EQUAL(EXPLAINED_NOTHING, excess_of(5u, w));
+    TEST_ASSERT_EQUAL(0, explained.joint);
+}
+
+static void test_the_weight_of_a_payload_is_no_moment(void) {
+    double w[SUBSPACE_MAX_COLUMNS] = {0.0};
+    task.kind = (uint32_t)INDEX_PAYLOAD;
+    limits.arm_max_m = NUM(0);
+    w[3] = -50.0;
+    TEST_ASSERT_EQUAL(EXPLAINED_NOTHING, excess_of(5u, w));
 }
 
 static void test_every_joint_has_its_own_limit_on_the_residual(void) {
@@ -305,5 +314,6 @@ int main(void) {
     RUN_TEST(test_an_excess_trips_in_its_second_tick);
     RUN_TEST(test_the_token_is_that_of_the_index_passed_on);
     RUN_TEST(test_the_estimate_is_one_sweep_on_the_filtered_torque);
+    RUN_TEST(test_the_weight_of_a_payload_is_no_moment);
     return UNITY_END();
 }

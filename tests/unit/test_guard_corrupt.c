@@ -118,6 +118,15 @@ static void test_the_second_computation_withholds_on_each_of_its_conditions(void
     verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
     TEST_ASSERT_TRUE(out.withheld);
     *guard = good;
+    bench.config.task[guard->task].needed_links = 0u; /* link 1 is blind in every pose */
+    verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
+    TEST_ASSERT_FALSE(out.withheld);
+    bench.config.sight.reaction = SIGHT_SLOW;
+    bench.config.task[guard->task].needed_links = 1u;
+    guard->sight.blind = 1u;
+    verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
+    TEST_ASSERT_FALSE(out.withheld);
+    *guard = good;
     guard->acknowledged = false;
     verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
     TEST_ASSERT_TRUE(out.withheld);
@@ -152,6 +161,8 @@ static void test_the_second_computation_withholds_for_an_input_that_is_old_or_ne
     guard_output_t out = {.permitted = false};
     const guard_t good = *guard;
     guard_input_t *const input[] = {&guard->inputs.sync, &guard->inputs.joints, &guard->inputs.task};
+    const uint64_t deadline[] = {bench.config.sync_deadline_us, bench.config.joint_deadline_us,
+                                 bench.config.task_deadline_us};
     for (size_t i = 0; i < sizeof(input) / sizeof(input[0]); ++i) {
         input[i]->seen = false;
         verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
@@ -161,7 +172,10 @@ static void test_the_second_computation_withholds_for_an_input_that_is_old_or_ne
         verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
         TEST_ASSERT_TRUE(out.withheld);
         *guard = good;
-        input[i]->good_us = 0u;
+        input[i]->good_us = bench.now_us - deadline[i];
+        verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
+        TEST_ASSERT_FALSE(out.withheld);
+        input[i]->good_us = bench.now_us - deadline[i] - 1u;
         verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
         TEST_ASSERT_TRUE(out.withheld);
         *guard = good;

@@ -318,6 +318,20 @@ static void test_errors_of_a_joint_that_the_robot_does_not_have_are_nobodys(void
     TEST_ASSERT_EQUAL(0, guard->inputs.errors[7]);
 }
 
+/* The second channel lowers the speed and writes its copy. Everything else stays, and the checksum fits again. */
+static void test_the_second_channel_changes_its_copy_and_the_speed_alone(void) {
+    for (uint32_t full = 0; full < 2u; ++full) {
+        can_frame_t frame = {.length = 8u, .data = {0, 0x35, 0xF1, 0x7A, 0xA5, 0x11, 0x22, 0x33}};
+        const guard_output_t own = {.permitted = true, .full_speed = full == 1u, .cycle = 0x127u};
+        guard_confirm(&own, &frame);
+        const uint8_t expected[8] = {frame.data[0], 0x35, 0xE1, 0x7A, (full == 1u) ? 0xA5 : 0x25, 0x11, 0x22, 0x33};
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, frame.data, 8);
+        can_frame_t again = frame;
+        e2e_seal(again.data, 8u, protocol_transmit[PROTOCOL_TRANSMIT_STOP_COMMAND].data_ids, 5u);
+        TEST_ASSERT_EQUAL_HEX8(again.data[0], frame.data[0]);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_contact_lasts_while_anything_is_above_its_limit);
@@ -337,5 +351,6 @@ int main(void) {
     RUN_TEST(test_the_ends_of_the_wires_range_are_readings);
     RUN_TEST(test_a_sender_that_is_no_joint_is_named_by_no_joint);
     RUN_TEST(test_errors_of_a_joint_that_the_robot_does_not_have_are_nobodys);
+    RUN_TEST(test_the_second_channel_changes_its_copy_and_the_speed_alone);
     return UNITY_END();
 }

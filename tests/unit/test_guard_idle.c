@@ -7,6 +7,8 @@ void setUp(void) {
     start(&bench);
     bench.config.crc ^= 1u;
     TEST_ASSERT_EQUAL(GUARD_BAD_CRC, guard_init(&bench.guard, &bench.config));
+    TEST_ASSERT_EQUAL(1, bench.guard.restarts); /* until guard_note_start, one unexpected restart */
+    TEST_ASSERT_TRUE(guard_is_alone(&bench.guard));
 }
 void tearDown(void) {}
 

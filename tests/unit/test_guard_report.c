@@ -257,6 +257,10 @@ static void test_the_force_of_a_contact_is_on_its_page(void) {
     TEST_ASSERT_EQUAL_INT8(43, (int8_t)data[5]);
     TEST_ASSERT_EQUAL_INT8(-86, (int8_t)data[6]);
     TEST_ASSERT_EQUAL_INT8(29, (int8_t)data[7]);
+    bench.guard.report.round_robin = 2u * PAGE_CONTACT;
+    bench.out.contact_force = (vec3_t){.x = NUM(-5), .y = NUM(0), .z = NUM(0)};
+    report_tick(&bench.guard, &bench.out);
+    TEST_ASSERT_EQUAL_INT8(-100, (int8_t)data[5]);
 }
 
 static void test_values_of_16_bits_end_at_their_largest(void) {

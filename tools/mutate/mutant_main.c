@@ -69,7 +69,11 @@ static void record(void) {
             fflush(report);
             _exit(0);
         }
-        (void)waitpid(child, NULL, 0);
+        int status = 0;
+        (void)waitpid(child, &status, 0);
+        if (status != 0) { /* a crash is a failure */
+            printf("%d %s 0 1\n", test, tests[test].name);
+        }
     }
 }
 

@@ -170,7 +170,8 @@ class Schemata:
         if operator in LOGICAL:
             first, second = self.condition(left), self.condition(right)
             number = self.number_of(node, self.between(node, {sign.id: LOGICAL[operator]}))
-            macro = ("MUTANT_AND" if operator == "&&" else "MUTANT_OR") + ("" if self.is_safe(right) else "_LAZY")
+            is_safe = self.is_safe(right) and "NULL" not in self.text(left)
+            macro = ("MUTANT_AND" if operator == "&&" else "MUTANT_OR") + ("" if is_safe else "_LAZY")
             return f"{macro}({number}, ({first}), ({second}), ({self.text(right)}))"
         first = self.rewritten(left)
         if operator not in RELATIONAL:
@@ -203,7 +204,7 @@ class Schemata:
     def is_safe(self, node: Node) -> bool:
         """Evaluation has no side effect and cannot trap, whatever the operand before it says."""
         return re.fullmatch(r"[\w\s().<>=!&|]*", self.text(node).replace("->", ".")) is not None and not re.search(
-            r"\w\s*\(|<<|>>|[^=!<>]=[^=]|(?<!&)&(?!&)|\bNULL\b", self.text(node).replace("->", ".")
+            r"\w\s*\(|<<|>>|[^=!<>]=[^=]|(?<!&)&(?!&)", self.text(node).replace("->", ".")
         )
 
     def operator(self, node: Node) -> str:
