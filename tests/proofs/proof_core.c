@@ -39,6 +39,64 @@ void proof_bank(void) {
     REACHED;
 }
 
+void proof_ratio(void) {
+    num_t a, b, c, d;
+    (void)ratio_is_greater(a, b, c, d);
+    REACHED;
+}
+
+/* Either answer: what the detector promises does not depend on it. Two products of any numbers are too much for CBMC.
+ */
+bool stub_ratio(num_t a, num_t b, num_t c, num_t d) {
+    bool greater;
+    (void)a;
+    (void)b;
+    (void)c;
+    (void)d;
+    return greater;
+}
+
+void proof_detector_channels(void) {
+    detector_config_t task;
+    bank_t bank;
+    watched_t watched[BANK_MAX_CHANNELS];
+    ASSUME((task.channels != 0u) && ((task.channels >> BANK_MAX_CHANNELS) == 0u));
+    const uint32_t count = watched_channels(&task, &bank, watched);
+    HOLDS((count >= 1u) && (count <= BANK_MAX_CHANNELS), "at least one channel, and no more than the bank has");
+    for (uint32_t k = 0; k < count; ++k) {
+        HOLDS(watched[k].channel < BANK_MAX_CHANNELS, "the channel is one of the bank's");
+        HOLDS(__CPROVER_r_ok(watched[k].value, ROBOT_MAX_JOINTS * sizeof(num_t)), "a value of each joint");
+        HOLDS(__CPROVER_r_ok(watched[k].threshold, ROBOT_MAX_JOINTS * sizeof(num_t)), "a threshold of each joint");
+    }
+    REACHED;
+}
+
+void proof_detector_joint(void) {
+    detector_t detector;
+    num_t value[BANK_MAX_CHANNELS][ROBOT_MAX_JOINTS], threshold[BANK_MAX_CHANNELS][ROBOT_MAX_JOINTS];
+    watched_t watched[BANK_MAX_CHANNELS];
+    uint32_t count, i;
+    ASSUME((count >= 1u) && (count <= BANK_MAX_CHANNELS) && (i < ROBOT_MAX_JOINTS)); /* proof_detector_channels */
+    for (uint32_t k = 0; k < BANK_MAX_CHANNELS; ++k) {
+        watched[k].value = value[k];
+        watched[k].threshold = threshold[k];
+        ASSUME(watched[k].channel < BANK_MAX_CHANNELS);
+    }
+    (void)look_at_joint(&detector, watched, count, i);
+    HOLDS(detector.channel[i] < BANK_MAX_CHANNELS, "the channel is one of the bank's");
+    REACHED;
+}
+
+nearest_t stub_look(detector_t *self, const watched_t watched[], uint32_t count, uint32_t i) {
+    nearest_t any;
+    uint8_t channel;
+    HOLDS((count >= 1u) && (count <= BANK_MAX_CHANNELS) && (i < ROBOT_MAX_JOINTS), "channels and joint are there");
+    HOLDS(__CPROVER_r_ok(watched, count * sizeof(*watched)), "an entry of each channel");
+    ASSUME(channel < BANK_MAX_CHANNELS);
+    self->channel[i] = channel;
+    return any;
+}
+
 void proof_detector(void) {
     detector_t detector;
     detector_config_t task;
