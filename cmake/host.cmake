@@ -111,7 +111,7 @@ function(tauperp_unit_programs numeric)
             OUTPUT_NAME ${name} RUNTIME_OUTPUT_DIRECTORY "${TAUPERP_UNIT_OUTPUT}/${numeric}")
         add_dependencies(unit-programs-${numeric} ${name}-${numeric})
     endforeach()
-    if(second_${numeric}) # its block, compiled as the second channel is
+    if(second_${numeric} AND TARGET test_board_pair-${numeric}) # its block, compiled as the second channel is
         tauperp_object_library(unit-second-block settings-second "${PROJECT_SOURCE_DIR}/tests/unit/second_block.c")
         target_include_directories(unit-second-block SYSTEM PRIVATE "${unity}")
         add_dependencies(unit-second-block unity)

@@ -15,7 +15,7 @@ TARGETS = ("m3", "m4f", "m7", "r5f")
 MEMORY = {"memset", "memcpy"}
 INTEGERS = {"__aeabi_uldivmod", "__aeabi_ldivmod"}
 # Software floating point. sqrtf of newlib is exact, as IEEE 754 requires, and replaces the missing instruction.
-FLOATS = re.compile(r"__aeabi_(f(add|sub|rsub|mul|div|cmp\w\w)|[iu]2f|f2u?iz|fcmpun)|sqrtf")
+FLOATS = re.compile(r"__aeabi_(f(add|sub|rsub|mul|div|cmp\w\w)|u?i2f|f2u?iz|fcmpun)|sqrtf")
 FUSED_OR_DOUBLE = re.compile(r"\bv(fn?m[as]|\w+\.f64)\w*|\.f64")
 
 
