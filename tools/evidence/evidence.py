@@ -90,9 +90,17 @@ def slug(name: str) -> str:
 
 def finished(command: str, log: Path, root: Path, limit_s: float) -> tuple[int | None, float]:
     """Exit code, None after the time limit; and seconds of processor time of all its processes that it waited for."""
+    # Ctrl-C waits until the part has started: it could not be ended before.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     with open(log, "wb") as file:
         process = subprocess.Popen(
-            command, shell=True, cwd=root, stdout=file, stderr=subprocess.STDOUT, start_new_session=True
+            command,
+            shell=True,
+            cwd=root,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, mask),
         )
     late = threading.Event()
 
@@ -103,6 +111,7 @@ def finished(command: str, log: Path, root: Path, limit_s: float) -> tuple[int |
     timer = threading.Timer(limit_s, stop)
     timer.start()
     try:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         _, status, usage = os.wait4(process.pid, 0)
     except BaseException:
         os.killpg(process.pid, signal.SIGKILL)
