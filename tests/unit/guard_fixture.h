@@ -106,6 +106,18 @@ static inline guard_config_t make_config(void) {
     return config;
 }
 
+/* The same for an arm with as many joints as the wire can carry. */
+static inline guard_config_t make_config_of_eight(void) {
+    guard_config_t config = make_config();
+    config.robot.joint_count = ROBOT_MAX_JOINTS;
+    config.robot.joint[7] = config.robot.joint[6];
+    for (uint32_t t = TASK_NONE; t <= (uint32_t)TASK_CONTACT; ++t) {
+        config.task[t].limits.residual_max_nm[7] = NUM(40);
+    }
+    seal_config(&config);
+    return config;
+}
+
 /* Gravity torque of the arm at rest in its zero position, on the wire. */
 static inline void rest(bench_t *bench) {
     motion_t motion;

@@ -5,13 +5,7 @@
 static bench_t bench;
 
 void setUp(void) {
-    guard_config_t config = make_config();
-    config.robot.joint_count = ROBOT_MAX_JOINTS;
-    config.robot.joint[7] = config.robot.joint[6];
-    for (uint32_t t = TASK_NONE; t <= (uint32_t)TASK_CONTACT; ++t) {
-        config.task[t].limits.residual_max_nm[7] = NUM(40);
-    }
-    seal_config(&config);
+    const guard_config_t config = make_config_of_eight();
     start_with(&bench, &config);
 }
 void tearDown(void) {}

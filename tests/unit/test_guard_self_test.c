@@ -188,13 +188,7 @@ static void test_the_tolerance_of_a_residual_is_sharp(void) {
 }
 
 static void test_an_arm_of_eight_joints_passes(void) {
-    guard_config_t config = make_config();
-    config.robot.joint_count = ROBOT_MAX_JOINTS;
-    config.robot.joint[7] = config.robot.joint[6];
-    for (uint32_t t = TASK_NONE; t <= (uint32_t)TASK_CONTACT; ++t) {
-        config.task[t].limits.residual_max_nm[7] = NUM(40);
-    }
-    seal_config(&config);
+    const guard_config_t config = make_config_of_eight();
     start_with(&bench, &config);
     TEST_ASSERT_EQUAL(SELF_TEST_PASSED, tested());
 }
