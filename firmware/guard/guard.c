@@ -23,7 +23,7 @@ static void trip(guard_t *self, guard_state_t state, const guard_event_t *event)
     rise_start(&self->rise, self->last_tick_us);
     contact_note_trip(self, event);
     self->inputs.request = true; /* both frames of the reset's edge must come after the trip */
-    self->inputs.edge = false;
+    self->inputs.edge = (uint8_t)GUARD_CLEAR;
     count(&self->counters.trips, 1u);
     enter(self, state);
 }
@@ -192,14 +192,15 @@ static void track_health(guard_t *self, bool healthy, uint64_t now_us) {
 }
 
 static bool is_reset(const guard_t *self) {
-    return self->inputs.edge && (self->inputs.requested_trip == self->trip.number);
+    return (self->inputs.edge == (uint8_t)GUARD_SET) && (self->inputs.requested_trip == self->trip.number);
 }
 
 static void leave_waiting(guard_t *self, bool fresh, uint64_t now_us) {
     const bool tripped = self->detector.tripped || self->explained.tripped;
-    if (fresh && !tripped && healthy_for_long_enough(self, now_us) && (self->acknowledged || is_reset(self))) {
-        self->inputs.edge = self->inputs.edge && self->acknowledged;
-        self->acknowledged = true;
+    const bool acknowledged = self->acknowledged == (uint8_t)GUARD_SET;
+    if (fresh && !tripped && healthy_for_long_enough(self, now_us) && (acknowledged || is_reset(self))) {
+        self->inputs.edge = acknowledged ? self->inputs.edge : (uint8_t)GUARD_CLEAR;
+        self->acknowledged = (uint8_t)GUARD_SET;
         enter(self, GUARD_STATE_MONITORING);
     }
 }
@@ -207,8 +208,8 @@ static void leave_waiting(guard_t *self, bool fresh, uint64_t now_us) {
 static void leave_stopped(guard_t *self, bool fresh, uint64_t now_us) {
     self->calm = self->calm || healthy_for_long_enough(self, now_us);
     if (is_reset(self) && healthy_for_long_enough(self, now_us)) {
-        self->inputs.edge = false;
-        self->acknowledged = true;
+        self->inputs.edge = (uint8_t)GUARD_CLEAR;
+        self->acknowledged = (uint8_t)GUARD_SET;
         enter(self, GUARD_STATE_WAITING);
         leave_waiting(self, fresh, now_us);
     }
@@ -258,11 +259,11 @@ static guard_finding_t joined(guard_t *self, const guard_finding_t *finding, con
 static void settle(guard_t *self, uint64_t now_us, const guard_finding_t *finding, guard_output_t *out) {
     const bool testing = self->state == (uint32_t)GUARD_STATE_SELF_TEST;
     act(self, finding, now_us);
-    if (self->inputs.edge) { /* a request that was not granted */
+    if (self->inputs.edge == (uint8_t)GUARD_SET) { /* a request that was not granted */
         count(&self->counters.resets_refused, 1u);
     }
     verdict_fill(self, finding->missing, now_us, out);
-    self->inputs.edge = false;
+    self->inputs.edge = (uint8_t)GUARD_CLEAR;
     if (!testing) { /* frames received during the self-test are for the first tick after it */
         self->inputs.fault = 0;
         self->inputs.fault_joint = 0;
@@ -278,7 +279,10 @@ void guard_decide(guard_t *self, uint64_t now_us, const guard_finding_t *finding
 /* --- the interface ------------------------------------------------------------------------------------------------ */
 
 void guard_refuse(guard_t *self) {
-    *self = (guard_t){.inputs = {.request = true}, .restarts = 1u, .company = GUARD_ALONE};
+    *self = (guard_t){.inputs = {.request = true, .task_number_inverted = ~(uint32_t)TASK_INVALID},
+                      .task_inverted = ~(uint32_t)TASK_INVALID,
+                      .restarts = 1u,
+                      .company = GUARD_ALONE};
     enter(self, GUARD_STATE_UNINITIALISED);
     report_init(&self->report);
 }

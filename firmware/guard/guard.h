@@ -61,6 +61,9 @@
 #define GUARD_ALONE  0x5Au
 #define GUARD_PAIRED 0xA5u
 
+/* A flag that leads to a permission: no single flipped bit sets it. Every value except GUARD_SET counts as clear. */
+enum { GUARD_CLEAR = 0, GUARD_SET = 0xA5 };
+
 /* Faults of the environment since guard_init. Each counter saturates at its maximum. */
 typedef struct {
     uint16_t crc_errors;
@@ -131,10 +134,11 @@ typedef struct {
     uint16_t task_cycle; /* cycle of the last good TaskCommand */
     vec3_t acceleration; /* of the end-effector, base frame, m/s^2 */
     uint8_t task_number; /* task of the last good TaskCommand; TASK_INVALID before the first */
-    uint8_t fault_joint; /* 1 to n, or 0 */
-    uint32_t fault;      /* guard_reason_t for the next tick: the worst since the last tick; 0: none */
-    bool request;        /* Request of the last accepted GuardReset; starts as true, so that an edge needs two frames */
-    bool edge;           /* Request went from 0 to 1 since the last tick */
+    uint32_t task_number_inverted; /* ~task_number: a flipped bit in either is FAULT */
+    uint8_t fault_joint;           /* 1 to n, or 0 */
+    uint32_t fault;                /* guard_reason_t for the next tick: the worst since the last tick; 0: none */
+    bool request; /* Request of the last accepted GuardReset; starts as true, so that an edge needs two frames */
+    uint8_t edge; /* GUARD_SET: Request went from 0 to 1 since the last tick */
     uint8_t requested_trip; /* TripNumber of that frame */
 } guard_inputs_t;
 
@@ -194,6 +198,9 @@ typedef struct {
     uint32_t joints;         /* joints of the robot; 0 before guard_init */
     uint32_t state;          /* guard_state_t */
     uint32_t state_inverted; /* ~state: a flipped bit in either is FAULT */
+    uint32_t task;           /* the active task */
+    uint32_t task_inverted;  /* ~task: a flipped bit in either is FAULT */
+    uint8_t acknowledged;    /* GUARD_SET: a GuardReset was accepted since the start. Not GUARD_CLEAR either: FAULT */
     guard_inputs_t inputs;
     motion_t motion;
     observer_t observer;
@@ -210,8 +217,7 @@ typedef struct {
     bool evaluated;          /* a snapshot went through every stage in this tick */
     uint32_t stage_token;    /* last token of the stages of this tick */
     uint32_t settled_cycles; /* cycles since the observer's last restart; saturates at UINT32_MAX */
-    uint32_t task;           /* the active task */
-    uint32_t task_cycles;    /* evaluated cycles since it became active; saturates at UINT32_MAX */
+    uint32_t task_cycles;    /* evaluated cycles since the task became active; saturates at UINT32_MAX */
     guard_trip_t trip;
     uint64_t last_tick_us;
     uint64_t healthy_since_us;
@@ -224,7 +230,6 @@ typedef struct {
     bool tested;         /* the self-test has passed */
     bool second;         /* of two channels */
     bool calm;           /* healthy for reset_healthy_us since the last trip: a collision now is a new one */
-    bool acknowledged;   /* a GuardReset was accepted since the start */
     uint8_t start_cause; /* guard_start_t */
     uint8_t restarts;
     uint8_t variant;      /* guard_variant_t */

@@ -176,6 +176,7 @@ static void receive_task(guard_t *self, const can_frame_t *frame, uint32_t slot,
         return;
     }
     self->inputs.task_number = message.task;
+    self->inputs.task_number_inverted = ~(uint32_t)message.task;
     self->inputs.acceleration = (vec3_t){.x = scale_to_num(message.accel_x, PROTOCOL_TASK_COMMAND_ACCEL_X_SCALE),
                                          .y = scale_to_num(message.accel_y, PROTOCOL_TASK_COMMAND_ACCEL_Y_SCALE),
                                          .z = scale_to_num(message.accel_z, PROTOCOL_TASK_COMMAND_ACCEL_Z_SCALE)};
@@ -188,7 +189,7 @@ static void receive_reset(guard_t *self, const can_frame_t *frame) {
     tauperp_guard_reset_unpack(&message, frame->data);
     const bool request = message.request != 0u;
     if (request && !self->inputs.request) {
-        self->inputs.edge = true;
+        self->inputs.edge = (uint8_t)GUARD_SET;
         self->inputs.requested_trip = message.trip_number;
     }
     self->inputs.request = request;

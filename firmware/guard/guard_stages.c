@@ -63,6 +63,7 @@ static void choose_task(guard_t *self, uint32_t gap) {
     const bool dwelt = (self->task == (uint32_t)TASK_INVALID) || (self->task_cycles >= self->config->task_dwell_cycles);
     if ((wanted != self->task) && dwelt) {
         self->task = wanted;
+        self->task_inverted = ~wanted;
         self->task_cycles = 0;
     }
 }

@@ -9,8 +9,16 @@ static bool joint_count_is_valid(const guard_t *self) {
            ((((uint32_t)1 << self->joints) - 1u) == self->inputs.snapshot.expected);
 }
 
+/* Each word that alone decides on a permission or on the task in force differs from its copy in every bit. */
+static bool copies_agree(const guard_t *self) {
+    const uint32_t different = (self->state ^ self->state_inverted) & (self->task ^ self->task_inverted) &
+                               (self->inputs.task_number ^ self->inputs.task_number_inverted);
+    return (different == UINT32_MAX) &&
+           ((self->acknowledged == (uint8_t)GUARD_SET) || (self->acknowledged == (uint8_t)GUARD_CLEAR));
+}
+
 static bool state_is_valid(const guard_t *self) {
-    bool valid = (self->state == ~self->state_inverted) && (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) &&
+    bool valid = copies_agree(self) && (self->state >= (uint32_t)GUARD_STATE_SELF_TEST) &&
                  (self->state <= (uint32_t)GUARD_STATE_FAULT) && snapshot_is_valid(&self->inputs.snapshot) &&
                  e2e_transmitter_is_valid(&self->report.stop) && e2e_transmitter_is_valid(&self->report.status) &&
                  e2e_transmitter_is_valid(&self->report.index) && (self->inputs.task_number < (uint8_t)TASK_COUNT) &&

@@ -32,8 +32,8 @@ static bool is_withheld(const guard_t *self, uint64_t now_us) {
                      is_older(&self->inputs.joints, config->joint_deadline_us, now_us) ||
                      is_older(&self->inputs.task, config->task_deadline_us, now_us) || !joints_in_cycles(self) ||
                      !task_in_cycles(self);
-    const bool unfit =
-        !is_settled(self) || !self->acknowledged || (self->inputs.fault != 0u) || (self->plausibility.fault != 0u);
+    const bool unfit = !is_settled(self) || (self->acknowledged != (uint8_t)GUARD_SET) || (self->inputs.fault != 0u) ||
+                       (self->plausibility.fault != 0u);
     const bool blind = is_blind(self) && (config->sight.reaction == (uint32_t)SIGHT_WITHDRAW);
     return other_state || old || unfit || blind || self->detector.tripped || self->explained.tripped;
 }
@@ -52,7 +52,7 @@ static void tell_waiting(const guard_t *self, input_t missing, uint64_t now_us, 
         out->joint = (uint8_t)(self->plausibility.joint + 1u);
     } else if (is_settled(self) && is_blind(self) && (self->config->sight.reaction == (uint32_t)SIGHT_WITHDRAW)) {
         out->reason = GUARD_REASON_BLIND;
-    } else if (healthy_for_long_enough(self, now_us) && !self->acknowledged) {
+    } else if (healthy_for_long_enough(self, now_us) && (self->acknowledged != (uint8_t)GUARD_SET)) {
         out->reason = restarted ? GUARD_REASON_RESTARTED : GUARD_REASON_AWAITING_RESET;
     } else {
         out->reason = GUARD_REASON_SETTLING;

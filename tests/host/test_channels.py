@@ -174,7 +174,8 @@ def test_different_states_of_the_channels_are_a_fault_at_once() -> None:
     rig = Rig(configuration, pair_of(configuration))
     rig.run(SETTLED)  # both wait for the reset
     guard = rig.guard._guard
-    guard.state, guard.state_inverted, guard.acknowledged = 3, ~3 & 0xFFFFFFFF, True
+    guard.state, guard.state_inverted = 3, ~3 & 0xFFFFFFFF
+    guard.acknowledged = rig.guard.library.lib.GUARD_SET
     verdict = rig.step()
     assert not verdict.permitted
     assert verdict.frames[0].data[2] != PERMISSION

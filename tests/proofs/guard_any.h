@@ -30,7 +30,8 @@ static inline bool guard_is_sound(const guard_t *self) {
                  (self->plausibility.joint < ROBOT_MAX_JOINTS) && (self->explained.joint < ROBOT_MAX_JOINTS) &&
                  (self->explained.excess >= EXPLAINED_NOTHING) && (self->explained.excess <= EXPLAINED_RESIDUAL) &&
                  (self->index.columns <= SUBSPACE_MAX_COLUMNS) && (self->task < (uint32_t)TASK_COUNT) &&
-                 (self->inputs.task_number < (uint8_t)TASK_COUNT) && (self->rise.snapshots <= 3u) &&
+                 (self->inputs.task_number < (uint8_t)TASK_COUNT) && (self->task == ~self->task_inverted) &&
+                 (self->inputs.task_number == ~self->inputs.task_number_inverted) && (self->rise.snapshots <= 3u) &&
                  (self->inputs.window_cycles <= 127u) &&
                  (self->inputs.snapshot.expected == ((1u << self->joints) - 1u));
     sound = sound && (!self->explained.tripped || (self->explained.excess != EXPLAINED_NOTHING)) &&

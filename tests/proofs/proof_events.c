@@ -67,7 +67,7 @@ void proof_verdict(void) {
     HOLDS(out.withheld || (in->task.seen && ((now_us - in->task.good_us) <= any_block.task_deadline_us)),
           "the task is fresh");
     HOLDS(out.withheld || ((in->fault == 0u) && !guard.detector.tripped && !guard.explained.tripped), "nothing trips");
-    HOLDS(out.withheld || guard.acknowledged, "a reset was received since the start");
+    HOLDS(out.withheld || (guard.acknowledged == (uint8_t)GUARD_SET), "a reset was received since the start");
     REACHED;
 }
 

@@ -43,6 +43,7 @@ void stages_run(guard_t *self) {
     ASSUME(any.task < (uint32_t)TASK_COUNT);
     (void)snapshot_take(&self->inputs.snapshot);
     self->task = any.task;
+    self->task_inverted = ~any.task;
     self->task_cycles = any.task_cycles;
     self->settled_cycles = any.settled_cycles;
     set_any_results(self);
@@ -216,7 +217,7 @@ void proof_trip_latches(void) {
     uint64_t now_us;
     any_guard(&guard);
     const uint32_t before = guard.state;
-    const bool edge = guard.inputs.edge;
+    const bool edge = guard.inputs.edge == (uint8_t)GUARD_SET;
     const uint8_t requested = guard.inputs.requested_trip;
     const uint8_t number = guard.trip.number;
     const uint32_t fault = guard.inputs.fault;
@@ -230,9 +231,9 @@ void proof_trip_latches(void) {
         HOLDS(failed || ((now_us - guard.healthy_since_us) >= any_block.reset_healthy_us), "only after good inputs");
     }
     if ((before != (uint32_t)GUARD_STATE_MONITORING) && (guard.state == (uint32_t)GUARD_STATE_MONITORING)) {
-        HOLDS(guard.acknowledged, "no permission without a reset since the start");
+        HOLDS(guard.acknowledged == (uint8_t)GUARD_SET, "no permission without a reset since the start");
     }
-    HOLDS(!guard.inputs.edge, "an edge is for one tick");
+    HOLDS(guard.inputs.edge == (uint8_t)GUARD_CLEAR, "an edge is for one tick");
     REACHED;
 }
 
@@ -268,7 +269,7 @@ void proof_decide(void) {
     ASSUME((finding.missing >= INPUT_NONE) && (finding.missing < INPUT_COUNT));
     ASSUME(own.wish == (uint8_t)finding.wish); /* proof_tell */
     const uint32_t before = guard.state;
-    const bool edge = guard.inputs.edge;
+    const bool edge = guard.inputs.edge == (uint8_t)GUARD_SET;
     const uint8_t requested = guard.inputs.requested_trip;
     const uint8_t number = guard.trip.number;
     guard_decide(&guard, now_us, &finding, &own, &other, &out);
@@ -280,7 +281,7 @@ void proof_decide(void) {
     HOLDS((before != (uint32_t)GUARD_STATE_FAULT) || (guard.state == before), "FAULT is not left");
     if ((before != (uint32_t)GUARD_STATE_MONITORING) && (guard.state == (uint32_t)GUARD_STATE_MONITORING)) {
         HOLDS(finding.fresh && other.fresh && finding.healthy && other.healthy, "only if both are ready");
-        HOLDS(guard.acknowledged, "no permission without a reset since the start");
+        HOLDS(guard.acknowledged == (uint8_t)GUARD_SET, "no permission without a reset since the start");
     }
     if ((before == (uint32_t)GUARD_STATE_STOPPED) && (guard.state != before)) {
         HOLDS((guard.state == (uint32_t)GUARD_STATE_FAULT) || (edge && (requested == number)),
@@ -302,7 +303,7 @@ void proof_guard_init(void) {
         HOLDS(guard.config == 0, "a refused block is not used");
     } else {
         HOLDS(guard.state == (uint32_t)GUARD_STATE_SELF_TEST, "a guard begins with its self-test");
-        HOLDS(!guard.acknowledged, "the first permission needs a reset");
+        HOLDS(guard.acknowledged == (uint8_t)GUARD_CLEAR, "the first permission needs a reset");
     }
     REACHED;
 }

@@ -54,6 +54,7 @@ static void signals_are_unchanged(const guard_inputs_t *before, const guard_inpu
     HOLDS((after->task.good_us == before->task.good_us) && (after->task.seen == before->task.seen), "age of the task");
     HOLDS(after->completed_us == before->completed_us, "age of the snapshot");
     HOLDS((after->task_number == before->task_number) && (after->task_cycle == before->task_cycle), "task");
+    HOLDS(after->task_number_inverted == before->task_number_inverted, "inverted task");
     HOLDS((after->acceleration.x == before->acceleration.x) && (after->acceleration.y == before->acceleration.y) &&
               (after->acceleration.z == before->acceleration.z),
           "acceleration");

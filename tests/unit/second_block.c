@@ -12,5 +12,5 @@ const void *second_block(void) {
 
 void second_forgets_its_reset(tauperp_second_t *self) {
     guard_t *const guard = (guard_t *)(void *)self; /* the first member of its state */
-    guard->acknowledged = false;
+    guard->acknowledged = (uint8_t)GUARD_CLEAR;
 }

@@ -228,7 +228,7 @@ static void test_a_copy_that_either_withholds_permits_nothing(void) {
             return;
         }
         if (which == 0u) {
-            pair.guard.acknowledged = false;
+            pair.guard.acknowledged = (uint8_t)GUARD_CLEAR;
         } else {
             second_forgets();
         }

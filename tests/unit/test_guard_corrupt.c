@@ -50,8 +50,10 @@ static void test_a_snapshot_that_cannot_be_is_a_fault(void) {
 
 static void test_a_task_that_does_not_exist_is_a_fault(void) {
     guard->inputs.task_number = (uint8_t)TASK_COUNT;
+    guard->inputs.task_number_inverted = ~(uint32_t)guard->inputs.task_number;
     assert_corrupt();
     guard->task = (uint32_t)TASK_COUNT;
+    guard->task_inverted = ~guard->task;
     assert_corrupt();
 }
 
@@ -127,7 +129,7 @@ static void test_the_second_computation_withholds_on_each_of_its_conditions(void
     verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
     TEST_ASSERT_FALSE(out.withheld);
     *guard = good;
-    guard->acknowledged = false;
+    guard->acknowledged = (uint8_t)GUARD_CLEAR;
     verdict_fill(guard, INPUT_NONE, bench.now_us, &out);
     TEST_ASSERT_TRUE(out.withheld);
     *guard = good;

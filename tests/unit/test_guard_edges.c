@@ -195,7 +195,7 @@ static const guard_finding_t good = {.wish = WISH_GO_ON, .healthy = true, .fresh
 static void wait_acknowledged(void) {
     *guard = permitting;
     set_state(GUARD_STATE_WAITING);
-    guard->acknowledged = true;
+    guard->acknowledged = (uint8_t)GUARD_SET;
     guard->healthy_since_us = 0u;
 }
 

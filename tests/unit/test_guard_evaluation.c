@@ -195,7 +195,7 @@ static void test_a_task_command_of_another_cycle_is_late(void) {
 
 static void test_the_inverted_copy_is_computed_on_another_path(void) {
     run_until_permitted(&bench);
-    bench.guard.acknowledged = false; /* a fault that the state does not show */
+    bench.guard.acknowledged = (uint8_t)GUARD_CLEAR; /* a fault that the state does not show */
     cycle(&bench);
     TEST_ASSERT_TRUE(bench.out.permitted);
     TEST_ASSERT_TRUE(bench.out.withheld);

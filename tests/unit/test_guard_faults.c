@@ -113,6 +113,41 @@ static void test_a_flipped_bit_of_the_state_is_a_fault(void) {
     }
 }
 
+/* A copy of its own finds it: the first reset, the requested task and the task in force. */
+static void test_a_flipped_bit_of_a_word_that_alone_decides_is_a_fault(void) {
+    uint8_t *const word[] = {&bench.guard.acknowledged, &bench.guard.inputs.task_number,
+                             (uint8_t *)&bench.guard.inputs.task_number_inverted, (uint8_t *)&bench.guard.task,
+                             (uint8_t *)&bench.guard.task_inverted};
+    for (size_t i = 0; i < sizeof(word) / sizeof(word[0]); ++i) {
+        for (uint32_t bit = 0; bit < 8u; ++bit) {
+            start(&bench);
+            run_until_permitted(&bench);
+            next_cycle(&bench);
+            *word[i] ^= (uint8_t)(1u << bit);
+            tick(&bench);
+            assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+        }
+    }
+}
+
+/* Everything is good, and the guard waits for the first reset. */
+static void test_no_flipped_bit_of_a_flag_permits_without_a_reset(void) {
+    run_until(&bench, GUARD_REASON_AWAITING_RESET);
+    const guard_t waiting = bench.guard;
+    uint8_t *const flag[] = {&bench.guard.acknowledged, &bench.guard.inputs.edge};
+    for (size_t i = 0; i < sizeof(flag) / sizeof(flag[0]); ++i) {
+        for (uint32_t bit = 0; bit < 8u; ++bit) {
+            bench.guard = waiting;
+            *flag[i] ^= (uint8_t)(1u << bit);
+            cycle(&bench);
+            TEST_ASSERT_FALSE(bench.out.permitted);
+            TEST_ASSERT_TRUE(bench.out.withheld);
+            cycle(&bench);
+            TEST_ASSERT_FALSE(bench.out.permitted);
+        }
+    }
+}
+
 static void test_a_residual_that_is_not_a_number_is_a_fault(void) {
     run_until_permitted(&bench);
 #ifdef TAUPERP_FIXED
@@ -242,6 +277,8 @@ int main(void) {
     RUN_TEST(test_a_flipped_bit_of_another_task_is_a_fault_within_as_many_cycles_as_there_are_tasks);
     RUN_TEST(test_a_task_with_a_flipped_bit_never_becomes_active);
     RUN_TEST(test_a_flipped_bit_of_the_state_is_a_fault);
+    RUN_TEST(test_a_flipped_bit_of_a_word_that_alone_decides_is_a_fault);
+    RUN_TEST(test_no_flipped_bit_of_a_flag_permits_without_a_reset);
     RUN_TEST(test_a_residual_that_is_not_a_number_is_a_fault);
     RUN_TEST(test_a_fault_reported_by_the_board_latches_in_any_running_state);
     RUN_TEST(test_the_self_test_of_an_arm_too_heavy_for_its_numbers_saturates);

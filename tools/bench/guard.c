@@ -67,7 +67,7 @@ static void run_cycle(uint64_t now_us, uint32_t columns, result_t *result) {
 static void make_ready(void) {
     guard.state = (uint32_t)GUARD_STATE_MONITORING;
     guard.state_inverted = ~guard.state;
-    guard.acknowledged = true;
+    guard.acknowledged = (uint8_t)GUARD_SET;
     guard.settled_cycles = UINT32_MAX / 2u;
 }
 

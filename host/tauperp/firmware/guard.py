@@ -162,7 +162,7 @@ class Guard:
 
     def assume_reset(self) -> None:
         """For a guard that joins a bus log in the middle: the reset after the start is before the log."""
-        self._guard.acknowledged = True
+        self._guard.acknowledged = self.library.lib.GUARD_SET
 
     @property
     def config(self) -> Any:
