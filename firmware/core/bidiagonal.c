@@ -19,7 +19,7 @@ void bidiagonal_square(bidiagonal_t *self, uint32_t *saturations) {
         const num_rotation_t right = num_rotation(self->diagonal[i], beyond, saturations);
         self->diagonal[i] = right.length;
         if (i > 0u) {
-            beyond = -num_unit_times(right.sin, self->above[i - 1u]);
+            beyond = num_unit_times(-right.sin, self->above[i - 1u]);
             self->above[i - 1u] = num_unit_times(right.cos, self->above[i - 1u]);
         }
     }
@@ -137,13 +137,14 @@ static bool sweep(bidiagonal_t *self, bidiagonal_path_t *path, block_t block, nu
     return !lost;
 }
 
-/* Rounding error relative to the norm of B. */
+/* Rounding error relative to the norm of B. A share of each square: twelve of them exceed the range of a sum. */
 static num_t negligible_beside(const bidiagonal_t *self, uint32_t *saturations) {
-    num_wide_t square = num_widen(NUM(0));
+    num_wide_t share = num_widen(NUM(0)); /* a sixteenth of the squared norm */
     for (uint32_t i = 0; i < self->rows; ++i) {
-        square += num_wide(self->diagonal[i], self->diagonal[i]) + num_wide(self->above[i], self->above[i]);
+        share += num_wide_share(
+            num_wide(self->diagonal[i], self->diagonal[i]) + num_wide(self->above[i], self->above[i]), 4u);
     }
-    return num_max(num_mul(num_root(square), NUM(1.2e-7), saturations), nothing);
+    return num_max(num_mul(num_root(share), 4 * NUM(1.2e-7), saturations), nothing);
 }
 
 void bidiagonal_diagonalise(bidiagonal_t *self, num_t tolerance, bool all, bidiagonal_path_t *path,
@@ -174,15 +175,18 @@ void bidiagonal_diagonalise(bidiagonal_t *self, num_t tolerance, bool all, bidia
     }
 }
 
+static void rotate_pairs_back(bidiagonal_rotation_t rotation, uint32_t count, num_t vector[][BIDIAGONAL_MAX_ROWS]) {
+    for (uint32_t v = 0; v < count; ++v) {
+        num_t *const pair = &vector[v][rotation.first];
+        const num_t first = pair[0];
+        const num_t second = pair[1];
+        pair[0] = num_unit_turned(rotation.cos, -rotation.sin, first, second);
+        pair[1] = num_unit_turned(rotation.sin, rotation.cos, first, second);
+    }
+}
+
 void bidiagonal_rotate_back(const bidiagonal_path_t *path, uint32_t count, num_t vector[][BIDIAGONAL_MAX_ROWS]) {
     for (uint32_t r = path->rotations; r-- > 0u;) {
-        const bidiagonal_rotation_t rotation = path->rotation[r];
-        for (uint32_t v = 0; v < count; ++v) {
-            num_t *const pair = &vector[v][rotation.first];
-            const num_t first = pair[0];
-            const num_t second = pair[1];
-            pair[0] = num_unit_turned(rotation.cos, -rotation.sin, first, second);
-            pair[1] = num_unit_turned(rotation.sin, rotation.cos, first, second);
-        }
+        rotate_pairs_back(path->rotation[r], count, vector);
     }
 }

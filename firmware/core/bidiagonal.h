@@ -8,8 +8,9 @@
  *
  * The number of sweeps is bounded; `done` states whether the bound sufficed. It did for 200,000 random matrices in
  * float, and in fixed point down to the tolerance. For all singular values it did not for 6 of 20,000 in fixed point
- * (tests/unit/test_bidiagonal.c). Preconditions: entries below 128 in size, finite. Cost on a Cortex-M4F, float: about
- * 70 instructions per rotation and 100 per bound of the inverse.
+ * (tests/unit/test_bidiagonal.c). Precondition: finite. In fixed point the sum of the squares is below 2^16, so that no
+ * number saturates; a larger matrix gives a wrong result, but nothing undefined. Cost on a Cortex-M4F, float: about 70
+ * instructions per rotation and 100 per bound of the inverse.
  */
 #ifndef TAUPERP_BIDIAGONAL_H
 #define TAUPERP_BIDIAGONAL_H

@@ -1,7 +1,7 @@
 /* The reciprocal root for every one of its 3 * 2^30 arguments, which is cheaper than a proof:
  *   - the mantissa is 2^30 to 2^31, which num_times requires;
- *   - a number times the inverse root of its square or of a larger one is at most 1, before rounding, plus 1.5e-8: no
- *     entry of a unit vector is larger;
+ *   - a number times the inverse root of its square or of a larger one is at most 1, before rounding, plus 4.7e-9: no
+ *     entry of a unit vector is larger, and no cosine or sine of num_rotation is larger than 2^30 + 6;
  *   - in num_root, one step of Heron's method stays within 32 bits. Its first root depends on the upper 32 bits of the
  *     square only;
  *   - the root of a square up to 2^58 is at most 2^29 + 2, for the largest square with these 32 bits. A smaller square
@@ -30,7 +30,7 @@ static bool root_fits(uint64_t top, uint64_t y) {
 }
 
 static bool unit_fits(uint64_t top, uint64_t y) {
-    const unsigned __int128 limit = ((unsigned __int128)1 << 92) + ((unsigned __int128)1 << 67);
+    const unsigned __int128 limit = ((unsigned __int128)1 << 92) + ((unsigned __int128)5 << 63);
     return ((unsigned __int128)(top + 1u) * (y * y)) <= limit; /* y * y is at most 2^62 */
 }
 

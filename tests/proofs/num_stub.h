@@ -74,6 +74,14 @@ static inline num_rotation_t stub_rotation(num_t first, num_t second, uint32_t *
         .cos = stub_within(1073741830), .sin = stub_within(1073741830), .length = stub_number(saturations)};
 }
 
+/* Not a multiple of a rotation's cosine or sine, but any number, INT32_MIN too. */
+static inline num_t stub_turned(num_unit_t cosine, num_unit_t sine) {
+    num_t result;
+    HOLDS((cosine >= -1073741830) && (cosine <= 1073741830), "a cosine");
+    HOLDS((sine >= -1073741830) && (sine <= 1073741830), "a sine");
+    return result;
+}
+
 static inline num_wide_t stub_eigenvalue(num_wide_t a, num_wide_t c) {
     int64_t result;
     const int64_t smaller = (a < c) ? a : c;
@@ -93,6 +101,8 @@ static inline num_wide_t stub_eigenvalue(num_wide_t a, num_wide_t c) {
 #define num_shifted_rotation(first, second, shift, s) ((void)(shift), stub_rotation((first), (second), (s)))
 #define num_smaller_eigenvalue(a, c, b)               ((void)(b), stub_eigenvalue((a), (c)))
 #define num_sincos(angle)                             ((void)(angle), (num_sincos_t){.sin = stub_within(4194305), .cos = stub_within(4194305)})
+#define num_unit_times(unit, a)                       ((void)(a), stub_turned((unit), 0))
+#define num_unit_turned(cosine, sine, a, b)           ((void)(a), (void)(b), stub_turned((cosine), (sine)))
 #define num_turned_first(c, s, a, b, sat)             ((void)(c), (void)(s), (void)(a), (void)(b), stub_number(sat))
 #define num_turned_second(c, s, a, b, sat)            ((void)(c), (void)(s), (void)(a), (void)(b), stub_number(sat))
 

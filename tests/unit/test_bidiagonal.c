@@ -176,6 +176,22 @@ static void test_a_matrix_without_rows_needs_no_sweep(void) {
     TEST_ASSERT_TRUE(path.ratio == NUM(0));
 }
 
+/* Signed overflow would end the test: in fixed point the sum of these squares is beyond 64 bits. */
+static void test_entries_at_the_end_of_the_range_leave_a_path_within_its_room(void) {
+    for (uint32_t rows = 1; rows <= ROWS; ++rows) {
+        b.rows = rows;
+        for (uint32_t i = 0; i < rows; ++i) {
+            b.diagonal[i] = num_of(((i % 2u) == 0u) ? -511.9999997 : 511.9999997);
+            b.above[i] = num_of(511.9999997);
+        }
+        bidiagonal_square(&b, &saturations);
+        diagonalise(0.005, true);
+        TEST_ASSERT_LESS_OR_EQUAL(BIDIAGONAL_MAX_SWEEPS * (rows - 1u), path.rotations);
+        TEST_ASSERT_LESS_OR_EQUAL(rows, path.open_rows);
+    }
+    saturations = 0;
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_two_rows_have_the_singular_values_of_the_closed_form);
@@ -183,6 +199,7 @@ int main(void) {
     RUN_TEST(test_rows_with_a_small_inverse_stay_unchanged);
     RUN_TEST(test_the_remaining_rows_have_no_singular_value_below_the_tolerance);
     RUN_TEST(test_a_row_with_one_more_column_is_rotated_into_the_diagonal);
+    RUN_TEST(test_entries_at_the_end_of_the_range_leave_a_path_within_its_room);
     RUN_TEST(test_zeros_on_the_diagonal_give_zero_singular_values);
     RUN_TEST(test_a_matrix_without_rows_needs_no_sweep);
     return UNITY_END();
