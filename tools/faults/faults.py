@@ -32,7 +32,7 @@ EXPERIMENTS = ("contact", "payload")
 SHARES = {"state": 0.75, "table": 0.15, "time": 0.1}
 OUTCOMES = ("none", "detected", "needless", "late", "wrong")
 CHUNK = 10_000
-G4_CHUNK = 500
+G4_CHUNK = 5000
 Rows = dict[str, dict[str, list[int]]]  # part, outcome: faults, sum and worst of the cycles to the reaction
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
 from dataclasses import dataclass
 
@@ -32,8 +33,8 @@ class _Listener:
     remote = False
     verdict: Verdict | None = None
 
-    def __init__(self, bus: can.BusABC, guard: Guard) -> None:
-        self._bus, self._guard = bus, guard
+    def __init__(self, bus: can.BusABC, guard: Guard, limit: int | None) -> None:
+        self._bus, self._guard, self._limit = bus, guard, limit
         self.cycles: list[Cycle] = []
         self.stops: list[int] = []
 
@@ -49,17 +50,24 @@ class _Listener:
         for frame in self.verdict.frames:
             self._bus.send(frame)
         self.cycles.append((now_us, heard))
+        if len(self.cycles) == self._limit:
+            raise _Enough
 
 
-def record(experiment: str, channels: int = 1) -> Recording:
-    """One of the experiments, with the library's guard."""
+class _Enough(Exception):
+    """The limit of cycles was reached."""
+
+
+def record(experiment: str, channels: int = 1, limit: int | None = None) -> Recording:
+    """One of the experiments, with the library's guard. limit: cycles after which it ends."""
     scenario = load_scenario(shipped(experiment))
     blocks = tuple(scenario.configuration.block(numeric) for numeric in NUMERICS[:channels])
     with LockstepBus("faults") as robot, LockstepBus("faults") as bus:
         second = blocks[1] if channels == 2 else None
         guard = Guard(blocks[0], start=Start.POWER_ON, variant=Variant.PRODUCT, second=second)
-        listener = _Listener(bus, guard)
-        Lockstep(scenario, robot, listener).run()
+        listener = _Listener(bus, guard, limit)
+        with contextlib.suppress(_Enough):
+            Lockstep(scenario, robot, listener).run()
     return Recording(blocks, listener.cycles, listener.stops)
 
 

@@ -20,6 +20,7 @@ MESSAGE_RAM, MESSAGE_RAM_PAGE = 0x4000A400, 0x4000A000
 PAGE = 0x1000
 INSTRUCTIONS = 20_000_000  # limit of one run: a core that takes longer counts as an endless loop
 HARD_FAULT = 3
+HANDLER = 20_000  # more instructions than the handler of exceptions takes before its endless loop
 REGISTERS = [getattr(arm, f"UC_ARM_REG_R{number}") for number in range(13)]
 REGISTERS += [arm.UC_ARM_REG_SP, arm.UC_ARM_REG_LR, arm.UC_ARM_REG_PC]
 FLOATS = [getattr(arm, f"UC_ARM_REG_S{number}") for number in range(32)]
@@ -67,6 +68,7 @@ class Board:
         self.timer_stands = False
         self.resets = 0
         self.faults = 0  # exceptions taken
+        uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)  # erased, and no instruction
         self.load()
         uc.mem_write(RAM, bytes(RAM_BYTES))
         self.rcc.words[CSR] = PORRST
@@ -95,11 +97,11 @@ class Board:
         for address, data in self._segments:
             self.core.mem_write(address, data)
 
-    def advance(self, now_us: int) -> None:
-        """Advances time. A watchdog that was not served resets the core."""
+    def advance(self, now_us: int, timer_us: int | None = None) -> None:
+        """Advances time. A watchdog that was not served resets the core. timer_us: what a wrong timer shows."""
         self.watchdog.now_us = now_us
         if not self.timer_stands:
-            self.timer.now_us = now_us
+            self.timer.now_us = now_us if timer_us is None else timer_us
         if self.watchdog.expired:
             self.resets += 1
             for device in self._devices:
@@ -118,7 +120,10 @@ class Board:
         self.fdcan.looks = 0
         left = instructions
         while not self._halted and self.fdcan.looks < 2 and left > 0:
+            taken = self.faults
             left -= self.step(left)
+            if self.faults != taken:
+                left = min(left, HANDLER)
         self._halted = self._halted or self.fdcan.looks < 2
         sent, self.fdcan.sent = self.fdcan.sent, []
         return sent

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -121,9 +122,9 @@ class Fdcan:
 
     def _filter(self, frame: Frame) -> int | None:
         config = self.registers.get(RXGFC, 0)
-        if not frame.extended:
-            for number in range(config >> 16 & 0x1F):
-                word = self._word(FILTERS + 4 * number)
+        count = config >> 16 & 0x1F
+        if not frame.extended and count:
+            for word in struct.unpack(f"<{count}I", self._read(FILTERS, 4 * count)):
                 if word >> 30 == 1 and frame.id in (word >> 16 & 0x7FF, word & 0x7FF):
                     return {1: 0, 2: 1}.get(word >> 27 & 7)
         return {0: 0, 1: 1}.get(config >> (2 if frame.extended else 4) & 3)

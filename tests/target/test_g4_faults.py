@@ -1,0 +1,81 @@
+"""The injector of faults into the emulated stm32g4 image (tools/faults/g4_faults.py): a small seeded part of its run,
+and that its judge can fail."""
+
+import sys
+from dataclasses import dataclass
+from random import Random
+
+import pytest
+from checkout import ROOT
+from g4_images import g4_image
+
+sys.path.insert(0, str(ROOT / "tools" / "faults"))
+
+from g4_faults import DETECTED, NONE, PLACES, WRONG, Injector
+from g4_time import TIME, disturbance
+from record import record
+
+from tauperp.firmware import reaction_us
+
+from g4.board import Snapshot  # isort: skip
+
+pytestmark = [pytest.mark.needs("arm"), pytest.mark.slow]
+CYCLES, SILENCE = 1000, 900  # of the recording, and the cycle from which on the robot sends nothing
+
+
+@dataclass
+class Rig:
+    injector: Injector
+    snapshots: dict[int, Snapshot]
+
+    def inject(self, seed: int) -> tuple[str, int, int, str]:
+        """Fault `seed`, 20 cycles before the silence."""
+        ((start, snapshot),) = self.snapshots.items()
+        return self.injector.inject(start, snapshot, Random(seed))
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    run = record("contact", 1, CYCLES)
+    cycles = run.cycles[:SILENCE] + [(now_us, []) for now_us, _ in run.cycles[SILENCE:]]
+    period_us = cycles[1][0] - cycles[0][0]
+    reaction = -(-reaction_us(run.blocks[0]) // period_us)
+    injector = Injector(g4_image("contact-float", run.blocks[0]), 1, reaction, cycles)
+    snapshots = dict(injector.run_reference([SILENCE - 20]))
+    return Rig(injector, snapshots)
+
+
+def test_the_reference_permits_until_the_robot_is_silent(rig: Rig) -> None:
+    permits = rig.injector.reference.permits
+    assert all(permits[SILENCE - 20 : SILENCE])
+    assert not any(permits[SILENCE + 10 :])
+
+
+def test_faults_in_every_place_are_never_wrong_and_have_the_same_outcome_again(rig: Rig, seed: int) -> None:
+    found = [rig.inject(100 * seed + number) for number in range(60)]
+    assert {place for place, *_ in found} == set(PLACES)
+    assert {NONE, DETECTED} <= {outcome for _, outcome, *_ in found}
+    assert WRONG not in {outcome for _, outcome, *_ in found}
+    assert [rig.inject(100 * seed + number) for number in range(5)] == found[:5]
+
+
+def test_a_permission_that_the_reference_did_not_give_is_wrong(rig: Rig) -> None:
+    reference = rig.injector.reference
+    permits, answers = list(reference.permits), list(reference.answers)
+    reference.permits[:] = [False] * len(permits)
+    reference.answers[SILENCE - 20 :] = [[]] * (CYCLES - SILENCE + 20)
+    outcomes = {rig.inject(number)[1] for number in range(20)}
+    reference.permits[:], reference.answers[:] = permits, answers
+    assert WRONG in outcomes
+
+
+def test_the_faults_of_time_have_the_ranges_of_the_library() -> None:
+    drawn = [disturbance(Random(number), 5, 5000, 1000) for number in range(500)]
+    assert {fault.way for fault in drawn} == {"fast", "slow", "stopped", "back", "forward", "missed", "late"}
+    for fault in drawn:
+        assert str(fault).startswith(TIME)
+        assert fault.timer_us(5, 5000) == max(0, 5000 + fault.delay_us * (fault.factor == 1.0) + fault.step_us)
+        assert fault.stands(5) == (fault.way == "missed")
+        assert not fault.stands(45)
+        assert fault.late_us(45, 45_000) == 45_000
+        assert (fault.timer_us(45, 45_000) == 45_000) == (fault.way in ("missed", "late"))
