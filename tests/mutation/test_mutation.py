@@ -51,6 +51,13 @@ def test_constant_expressions_are_not_mutated() -> None:
     assert instrumented(text) == (text, [])
 
 
+def test_the_start_of_a_count_that_nothing_reads_is_no_mutant() -> None:
+    unread = "void f(int x) { uint32_t held = 0; /* held */ g(x, &held); }"
+    read = "void f(int x) { uint32_t held = 0; g(x, &held); h(held); }"
+    assert instrumented(unread)[1] == []
+    assert instrumented(read)[1] == ["a.c:f: 0 -> 0 + 1 #1"]
+
+
 def run_c(folder: Path, text: str, body: str) -> int:
     """The exit code of main with this body, beside the instrumented text."""
     globals_ = (

@@ -66,6 +66,7 @@ static uint32_t search(void) {
     locate_begin(&locate, N, TICKS, threshold);
     uint32_t ticks = 1;
     while (!step(false) && (ticks < 1000u)) {
+        TEST_ASSERT_EQUAL(0, locate.link); /* not known before the end */
         ++ticks;
     }
     return ticks;

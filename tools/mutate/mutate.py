@@ -29,6 +29,7 @@ BITS = "test_bits_"  # programs that compare with recorded bits
 UNREVIEWED = "unreviewed"
 FEW = 8  # tests: as many are tried first
 LIKELY = 4  # tests that are tried first because they killed other mutants: of the function, of the file, of all
+MANY = 400  # mutants: from here on a second build, which does not note what it reaches, saves more time than it takes
 SEED = 4711
 SPARSE = 100  # divides the repetitions of random tests, as on the emulated targets
 HEAD = f"""# Mutants that no unit test kills, by file and function, with the reason.
@@ -50,8 +51,10 @@ class Judge:
     def prepare(self, numeric: str) -> bool:
         """Builds the programs if a mutant is left for them."""
         if self.alive and numeric not in self.reached:
-            self.programs[numeric] = Programs(numeric, SPARSE).built()
-            self.reached[numeric] = Programs.record(self.programs[numeric])
+            recording = Programs(numeric, SPARSE).built()
+            self.reached[numeric] = Programs.record(recording)
+            many = len(self.alive) > MANY
+            self.programs[numeric] = Programs(numeric, SPARSE, quiet=True).built() if many else recording
         return bool(self.alive)
 
     def run(self) -> None:

@@ -29,6 +29,9 @@ LOOPS = ("for_statement", "while_statement", "do_statement")
 # Subtrees that must be constant for the compiler, or that are not expressions.
 CONSTANT = ("sizeof_expression", "type_descriptor", "attribute_specifier", "subscript_designator", "static_assert",
             "preproc_call", "preproc_include", "preproc_def", "alignof_expression", "comment")  # fmt: skip
+# Names of a local count of saturations. Where the function only hands it on (`&held`), nothing reads it: num.h adds to
+# it alone. So its start makes no difference and is no mutant.
+COUNTS = ("held", "ignored", "saturations")
 MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+([A-Z][A-Z0-9_]+)[ \t]+(\(?-?(?:NUM\()?[0-9.])?", re.MULTILINE)
 
 
@@ -76,6 +79,7 @@ class Schemata:
             assert declarator is not None
             names = re.findall(r"(\w+)\s*\(", self.text(declarator))
             self.function = names[0] if names else self.text(declarator)
+            self.unread = {name for name in COUNTS if self.is_unread(name, self.text(body))}
             return self.between(node, {body.id: self.rewritten(body)})
         return self.between(node, {child.id: self.outside(child) for child in node.children if child.child_count})
 
@@ -111,7 +115,7 @@ class Schemata:
 
     def rewritten(self, node: Node) -> str:
         kind = node.type
-        if kind in CONSTANT or (kind == "declaration" and self.is_static(node)):
+        if kind in CONSTANT or (kind == "declaration" and (self.is_static(node) or self.is_unread_count(node))):
             return self.text(node)
         if kind == "case_statement":
             value = node.child_by_field_name("value")
@@ -135,6 +139,16 @@ class Schemata:
             return self.choice(node, [f"{self.text(node)} + 1"], self.text(node))
         return self.inside(node)
 
+    def is_unread(self, name: str, body: str) -> bool:
+        """Every use is `&name` as an argument, except for its declarations."""
+        code = re.sub(r"/\*.*?\*/", "", body, flags=re.DOTALL)
+        handed_on = len(re.findall(rf"[(,]\s*&{name}\s*[,)]", code))
+        declared = len(re.findall(rf"\buint32_t {name} = 0;", code))
+        return declared > 0 and len(re.findall(rf"\b{name}\b", code)) == handed_on + declared
+
+    def is_unread_count(self, node: Node) -> bool:
+        return self.text(node) in {f"uint32_t {name} = 0;" for name in self.unread}
+
     def is_static(self, node: Node) -> bool:
         return any(child.type == "storage_class_specifier" for child in node.children)
 
@@ -142,7 +156,7 @@ class Schemata:
         condition = node.child_by_field_name("condition")
         parts = {child.id: self.rewritten(child) for child in node.named_children if child != condition}
         if condition is not None:
-            inner = self.condition(condition)
+            inner = self.condition(condition, self.matters(node))
             parts[condition.id] = f"(MUTANT_STEP(), {inner})" if node.type in LOOPS else inner
             if node.type in ("if_statement", "while_statement", "do_statement") and not parts[condition.id].startswith(
                 "("
@@ -150,17 +164,29 @@ class Schemata:
                 parts[condition.id] = f"({parts[condition.id]})"
         return self.between(node, parts)
 
-    def condition(self, node: Node) -> str:
+    def matters(self, node: Node) -> str:
+        """Whether the two values of `a < b ? a : b` differ. If not, then no mutant of the comparison does anything."""
+        parts = [node.child_by_field_name(name) for name in ("condition", "consequence", "alternative")]
+        if node.type != "conditional_expression" or any(part is None for part in parts):
+            return "1"
+        condition, *values = [self.text(part) for part in parts if part is not None]
+        # Only values that can be computed whatever the condition says.
+        if all(re.fullmatch(r"\w+", value) or (self.is_safe(part) and value in condition)
+               for value, part in zip(values, parts[1:], strict=True) if part is not None):  # fmt: skip
+            return f"({values[0]}) != ({values[1]})"
+        return "1"
+
+    def condition(self, node: Node, matters: str = "1") -> str:
         """A condition: mutated to true, to false, and in its parts."""
         if node.type == "parenthesized_expression":
-            return self.between(node, {child.id: self.condition(child) for child in node.named_children})
+            return self.between(node, {child.id: self.condition(child, matters) for child in node.named_children})
         if node.type == "binary_expression":
-            return self.binary(node)
+            return self.binary(node, matters)
         rest = self.rewritten(node)
         zero, one = self.number_of(node, "0"), self.number_of(node, "1")
         return f"MUTANT_CONDITION({one}, {zero}, ({rest}))"
 
-    def binary(self, node: Node) -> str:
+    def binary(self, node: Node, matters: str = "1") -> str:
         left, right = node.child_by_field_name("left"), node.child_by_field_name("right")
         sign = node.child_by_field_name("operator")
         assert left is not None
@@ -188,7 +214,7 @@ class Schemata:
         other = self.number_of(node, self.between(node, {sign.id: RELATIONAL[operator]}))
         return (
             f"MUTANT_COMPARISON({other}, {one}, {zero}, {one_more}, ({first}), {operator}, {RELATIONAL[operator]}, "
-            f"({second}), ({larger}))"
+            f"({second}), ({larger}), ({matters}))"
         )
 
     def constant_plus_one(self, node: Node) -> Node | None:
