@@ -125,10 +125,18 @@ function(tauperp_host_settings numeric)
     target_compile_options(host-${numeric} INTERFACE "$<IF:$<BOOL:${TAUPERP_STRICT}>,${STRICT},-Wall;-Wextra>")
 endfunction()
 
+# Call graphs with the frame of each function, beside its object, for the bound on the stack of tauperp-guard.
+function(tauperp_call_graphs name)
+    if(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND CMAKE_C_COMPILER_VERSION VERSION_GREATER_EQUAL 10)
+        target_compile_options(${name} PRIVATE -fstack-usage -fcallgraph-info=su)
+    endif()
+endfunction()
+
 # A build with two channels has the first one in float32.
 tauperp_host_settings(second)
 tauperp_object_library(second-objects host-second ${second_sources})
 set_target_properties(second-objects PROPERTIES POSITION_INDEPENDENT_CODE ON)
+tauperp_call_graphs(second-objects)
 set(second_float $<TARGET_OBJECTS:second-objects>)
 set(second_fixed "")
 
@@ -139,6 +147,8 @@ foreach(numeric IN LISTS NUMERICS)
     if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
         tauperp_object_library(rooms-${numeric} host-${numeric} ${TAUPERP_SOURCES})
         tauperp_object_library(linux-${numeric} host-${numeric} ${linux_sources} ${pair_source})
+        tauperp_call_graphs(rooms-${numeric})
+        tauperp_call_graphs(linux-${numeric})
         tauperp_program(guard${suffix_${numeric}} "${folder_${numeric}}" tauperp-guard
             $<TARGET_OBJECTS:rooms-${numeric}> $<TARGET_OBJECTS:linux-${numeric}> ${second_${numeric}})
         set_target_properties(guard${suffix_${numeric}} PROPERTIES LINKER_LANGUAGE C)
