@@ -1,5 +1,5 @@
 """The stack of the SocketCAN process at worst, by gcc's call graphs of all its own functions. Recursion, a frame without
-bound or a call through a pointer is an error (tools/bench/stack.py). Functions of libc are not included."""
+bound or a call through a pointer is an error (tools/bench/stack.py). Functions of libc are left out."""
 
 import re
 import subprocess
