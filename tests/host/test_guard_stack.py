@@ -1,4 +1,4 @@
-"""The stack of the SocketCAN process at worst, by gcc's call graphs of all its own functions. Recursion, a frame without
+"""The stack of the SocketCAN process at worst, by gcc's call graphs of all its functions. Recursion, a frame without
 bound or a call through a pointer is an error (tools/bench/stack.py). Functions of libc are left out."""
 
 import re
