@@ -31,7 +31,7 @@ EXPERIMENTS = ("contact", "payload")
 SHARES = {"state": 0.75, "table": 0.15, "time": 0.1}
 OUTCOMES = ("none", "detected", "needless", "late", "wrong")
 CHUNK = 10_000
-G4_CHUNK = 2500
+Job = tuple[str, Path | None, Any, tuple[Any, ...]]  # target, the chunk's file, its function and arguments
 Rows = dict[str, dict[str, list[int]]]  # part, outcome: faults, sum and worst of the cycles to the reaction
 
 
@@ -46,21 +46,23 @@ def library_chunk(recording: Path, seed: int, first: int, count: int, part: str)
     }
 
 
-def g4_chunk(experiment: str, channels: int, seed: int, first: int, count: int) -> dict[str, Any]:
-    command = [
-        sys.executable,
-        str(Path(__file__).with_name("g4_run.py")),
-        experiment,
-        str(channels),
-        str(seed),
-        str(first),
-        str(count),
-    ]
-    return dict(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
+def g4_part(folder: Path, experiment: str, channels: int, seed: int, count: int) -> dict[str, Any]:
+    """All chunks of one experiment: g4_run.py writes those that are missing, after one run without a fault."""
+    program = str(Path(__file__).with_name("g4_run.py"))
+    command = [sys.executable, program, experiment, str(channels), str(seed), str(count), str(folder)]
+    names = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    results = [json.loads(Path(name).read_text()) for name in names]
+    return {
+        "reaction_cycles": results[0]["reaction_cycles"],
+        "rows": [row for result in results for row in result["rows"]],
+        "wrong": [line for result in results for line in result["wrong"]],
+    }
 
 
-def kept(path: Path, make: Any, *arguments: Any) -> dict[str, Any]:
-    """A chunk's result, from its file if the chunk was run before."""
+def kept(path: Path | None, make: Any, *arguments: Any) -> dict[str, Any]:
+    """A chunk's result, from its file if the chunk was run before. path: None if `make` keeps its chunks itself."""
+    if path is None:
+        return dict(make(*arguments))
     if path.is_file():
         return dict(json.loads(path.read_text()))
     result: dict[str, Any] = make(*arguments)
@@ -70,9 +72,8 @@ def kept(path: Path, make: Any, *arguments: Any) -> dict[str, Any]:
     return result
 
 
-def jobs_of(arguments: argparse.Namespace, folder: Path) -> list[tuple[str, Path, Any, tuple[Any, ...]]]:
-    """All chunks: target, the chunk's file, its function and arguments."""
-    jobs: list[tuple[str, Path, Any, tuple[Any, ...]]] = []
+def jobs_of(arguments: argparse.Namespace, folder: Path) -> list[Job]:
+    jobs: list[Job] = []
     key = hashlib.sha256(PROGRAM.read_bytes())
     for experiment in EXPERIMENTS:
         recording = folder / f"{experiment}.rec"
@@ -88,12 +89,10 @@ def jobs_of(arguments: argparse.Namespace, folder: Path) -> list[tuple[str, Path
                 jobs.append(
                     ("library", name, library_chunk, (folder / f"{experiment}.rec", arguments.seed, first, count, part))
                 )
-    wanted = arguments.g4 // len(EXPERIMENTS)
-    for first in range(0, wanted, G4_CHUNK):
-        for experiment in EXPERIMENTS:
-            count = min(G4_CHUNK, wanted - first)
-            name = chunks / f"g4-{experiment}-{first}-{count}.json"
-            jobs.append(("stm32g4", name, g4_chunk, (experiment, arguments.channels, arguments.seed, first, count)))
+    for experiment in EXPERIMENTS if arguments.g4 else ():
+        count = -(-arguments.g4 // len(EXPERIMENTS))
+        rest = (chunks, experiment, arguments.channels, arguments.seed, count)
+        jobs.append(("stm32g4", None, g4_part, rest))
     return jobs
 
 
