@@ -9,14 +9,17 @@ void index_init(index_t *self) {
     *self = (index_t){0};
 }
 
+/* The torque of joint i: three rows of the Jacobian from `first`, times v. */
+static num_wide_t along_joint(const motion_t *motion, uint32_t first, uint32_t i, vec3_t v) {
+    return num_wide(motion->jacobian[first][i], v.x) + num_wide(motion->jacobian[first + 1u][i], v.y) +
+           num_wide(motion->jacobian[first + 2u][i], v.z);
+}
+
 /* column = the three rows of the Jacobian from `first`, times v. Entries from joint_count on stay zero. */
 static __attribute__((noinline)) void vector_column(const motion_t *motion, uint32_t first, vec3_t v, num_t column[],
                                                     uint32_t *saturations) {
     for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
-        column[i] =
-            num_narrow(num_wide(motion->jacobian[first][i], v.x) + num_wide(motion->jacobian[first + 1u][i], v.y) +
-                           num_wide(motion->jacobian[first + 2u][i], v.z),
-                       saturations);
+        column[i] = num_narrow_factor(along_joint(motion, first, i, v), saturations);
     }
 }
 
@@ -68,11 +71,10 @@ static vec3_t into_base(const motion_t *motion, vec3_t v, uint32_t *saturations)
 static void component_column(const motion_t *motion, bool is_force, vec3_t axis, vec3_t arm, num_t lever,
                              num_t column[], uint32_t *saturations) {
     if (is_force) {
-        num_t moment[ROBOT_MAX_JOINTS];
-        vector_column(motion, LINEAR, axis, column, saturations);
-        vector_column(motion, ANGULAR, vec3_cross(arm, axis, saturations), moment, saturations);
+        const vec3_t moment = vec3_cross(arm, axis, saturations);
         for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
-            column[i] = num_add(column[i], moment[i], saturations);
+            column[i] = num_narrow_factor(
+                along_joint(motion, LINEAR, i, axis) + along_joint(motion, ANGULAR, i, moment), saturations);
         }
     } else {
         const vec3_t scaled = {.x = num_mul(lever, axis.x, saturations),

@@ -77,9 +77,9 @@ static inline void keep_axis(motion_t *self, uint32_t i, const frame_t *frame) {
         self->link_z = frame->row_z;
         self->link_origin = frame->origin;
     }
-    self->jacobian[3][i] = frame->row_x.z;
-    self->jacobian[4][i] = frame->row_y.z;
-    self->jacobian[5][i] = frame->row_z.z;
+    self->jacobian[3][i] = num_factor(frame->row_x.z, &self->saturations);
+    self->jacobian[4][i] = num_factor(frame->row_y.z, &self->saturations);
+    self->jacobian[5][i] = num_factor(frame->row_z.z, &self->saturations);
 }
 
 /* The first joint: its frame is the base frame turned by q_0, and the base does not move. */
@@ -146,10 +146,10 @@ NUM_STEP void forward(motion_t *self, const robot_t *robot, const num_t q[], con
     self->tip = tip;
     for (uint32_t i = 0; i < robot->joint_count; ++i) {
         const vec3_t axis = {.x = self->jacobian[3][i], .y = self->jacobian[4][i], .z = self->jacobian[5][i]};
-        const vec3_t linear = vec3_cross(axis, vec3_subtract(tip, origins[i], sat), sat);
-        self->jacobian[0][i] = linear.x;
-        self->jacobian[1][i] = linear.y;
-        self->jacobian[2][i] = linear.z;
+        const vec3_t arm = vec3_subtract(tip, origins[i], sat);
+        self->jacobian[0][i] = num_narrow_factor(num_wide(axis.y, arm.z) - num_wide(axis.z, arm.y), sat);
+        self->jacobian[1][i] = num_narrow_factor(num_wide(axis.z, arm.x) - num_wide(axis.x, arm.z), sat);
+        self->jacobian[2][i] = num_narrow_factor(num_wide(axis.x, arm.y) - num_wide(axis.y, arm.x), sat);
     }
 }
 

@@ -7,7 +7,8 @@
  *
  * num_wide_t holds a product or a sum of products before rounding (the same float, or Q19.44 in an int64_t). A dot
  * product is thus rounded once: num_narrow(num_wide(a, b) + num_wide(c, d), &saturations). A sum may hold at most eight
- * products, each with one factor below 64 in size. Otherwise the 64 bits could overflow.
+ * products, each with one factor below 64 in size. Otherwise the 64 bits could overflow. num_narrow_factor rounds a sum
+ * to such a factor, and num_factor limits a number to one. A larger value saturates. In float they change nothing.
  *
  * A vector whose squares are summed is first multiplied by 2^num_headroom(largest size), with num_shift. In fixed point
  * this keeps the squares in range and the bits of small entries. In float both are no-ops.

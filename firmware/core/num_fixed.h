@@ -12,6 +12,8 @@
 #define NUM(x)       ((num_t)(((x) * 4194304.0) + (((x) < 0) ? -0.5 : 0.5)))
 #define NUM_NUMERIC  2u
 
+#define NUM_FACTOR_MAX 268435455 /* largest factor of a product in a sum: one step below 64 */
+
 /* 1 / sqrt(.) as mantissa * 2^(22 - shift). Its product with x is x * mantissa / 2^shift. */
 typedef struct {
     uint32_t mantissa;
@@ -62,13 +64,29 @@ static inline num_wide_t num_widen(num_t a) {
     return (int64_t)a * 4194304;
 }
 
-static inline num_t num_narrow(num_wide_t a, uint32_t *saturations) {
-    const int64_t limit = (int64_t)INT32_MAX * 4194304;
+static inline num_t num_narrow_within(num_wide_t a, num_t most, uint32_t *saturations) {
+    const int64_t limit = (int64_t)most * 4194304;
     if ((a > limit) || (a < -limit)) {
         ++*saturations;
-        return (a > 0) ? INT32_MAX : -INT32_MAX;
+        return (a > 0) ? most : -most;
     }
     return (num_t)num_rounded(a, NUM_FRACTION);
+}
+
+static inline num_t num_narrow(num_wide_t a, uint32_t *saturations) {
+    return num_narrow_within(a, INT32_MAX, saturations);
+}
+
+static inline num_t num_narrow_factor(num_wide_t a, uint32_t *saturations) {
+    return num_narrow_within(a, NUM_FACTOR_MAX, saturations);
+}
+
+static inline num_t num_factor(num_t a, uint32_t *saturations) {
+    if ((a > NUM_FACTOR_MAX) || (a < -NUM_FACTOR_MAX)) {
+        ++*saturations;
+        return (a > 0) ? NUM_FACTOR_MAX : -NUM_FACTOR_MAX;
+    }
+    return a;
 }
 
 static inline num_t num_mul(num_t a, num_t b, uint32_t *saturations) {

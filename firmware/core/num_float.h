@@ -54,6 +54,15 @@ static inline num_t num_narrow(num_wide_t a, uint32_t *saturations) {
     return a;
 }
 
+static inline num_t num_narrow_factor(num_wide_t a, uint32_t *saturations) {
+    return num_narrow(a, saturations);
+}
+
+static inline num_t num_factor(num_t a, uint32_t *saturations) {
+    (void)saturations;
+    return a;
+}
+
 static inline num_t num_add(num_t a, num_t b, uint32_t *saturations) {
     (void)saturations;
     return a + b;

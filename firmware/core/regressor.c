@@ -73,14 +73,20 @@ static void pulls(regressor_t *self, const observer_t *observer, num_t per_step,
     pull[4] = (pull_t){.force = none, .moment = scaled(turn, NUM(REGRESSOR_INERTIA), sat)};
 }
 
-static void columns(regressor_t *self, const channel_config_t *filter, uint32_t g, const motion_t *motion,
-                    const pull_t pull[REGRESSOR_COLUMNS]) {
+/* In place: the mean of both ends. */
+static void mean_jacobian(regressor_t *self, const motion_t *motion) {
     uint32_t *const sat = &self->saturations;
-    for (uint32_t r = 0; r < MOTION_TWIST_ROWS; ++r) { /* in place: the mean of both ends */
+    for (uint32_t r = 0; r < MOTION_TWIST_ROWS; ++r) {
         for (uint32_t i = 0; i < (uint32_t)ROWS; ++i) {
             self->jacobian[r][i] = num_mul(NUM(0.5), num_add(self->jacobian[r][i], motion->jacobian[r][i], sat), sat);
         }
     }
+}
+
+static void columns(regressor_t *self, const channel_config_t *filter, uint32_t g, const motion_t *motion,
+                    const pull_t pull[REGRESSOR_COLUMNS]) {
+    uint32_t *const sat = &self->saturations;
+    mean_jacobian(self, motion);
     for (uint32_t c = 0; c < REGRESSOR_COLUMNS; ++c) {
         const pull_t *const p = &pull[c];
         num_t u[ROWS];

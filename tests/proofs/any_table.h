@@ -1,6 +1,5 @@
-/* any_table: any table of an arm that robot_is_valid accepts, and any Jacobian of such an arm, as far as a harness
- * relies on either. proof_robot.c shows the first. The second is a fact about real numbers: no point of the arm is 60 m
- * away (reach_is_moderate), and an axis has the length 1. */
+/* any_table: any table of an arm that robot_is_valid accepts, and any Jacobian, as far as a harness relies on either.
+ * proof_robot.c shows the first. The second is what motion_step leaves (proof_motion.c): it limits each entry. */
 #ifndef TAUPERP_ANY_TABLE_H
 #define TAUPERP_ANY_TABLE_H
 

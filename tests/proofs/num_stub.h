@@ -59,6 +59,12 @@ static inline num_t stub_within(int32_t bound) {
     return result;
 }
 
+static inline num_t stub_limited(uint32_t *saturations) {
+    bool saturated;
+    *saturations += saturated ? 1u : 0u;
+    return stub_within(NUM_FACTOR_MAX);
+}
+
 static inline num_inverse_t stub_inverse(num_wide_t square) {
     num_inverse_t result;
     (void)square;
@@ -92,6 +98,7 @@ static inline num_wide_t stub_eigenvalue(num_wide_t a, num_wide_t c) {
 #define num_mul(a, b, saturations)                    stub_mul((a), (b), (saturations))
 #define num_div(a, b, saturations)                    ((void)((a) + (num_wide_t)(b)), stub_number(saturations))
 #define num_narrow(a, saturations)                    ((void)(a), stub_number(saturations))
+#define num_narrow_factor(a, saturations)             ((void)(a), stub_limited(saturations))
 #define num_wide(a, b)                                stub_wide((a), (b))
 #define num_root(square)                              stub_root(square)
 #define num_inverse_root(square)                      stub_inverse(square)

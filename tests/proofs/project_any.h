@@ -4,7 +4,7 @@ static void project_any(void) {
     num_t column[SUBSPACE_MAX_COLUMNS][ROBOT_MAX_JOINTS], tau[ROBOT_MAX_JOINTS], tolerance;
     num_t rejected[ROBOT_MAX_JOINTS], first_rejected[ROBOT_MAX_JOINTS];
     uint32_t n, k, first;
-    ASSUME((k <= SUBSPACE_MAX_COLUMNS) && (first <= k));
+    ASSUME((k <= SUBSPACE_MAX_COLUMNS) && (first <= SUBSPACE_MAX_COLUMNS)); /* first above k: a row not in use */
     projection_init(&projection);
     projection_hard(&projection, n, k, column, tolerance, tau, rejected);
     projection_soft(&projection, n, k, column, tolerance, tau, rejected, first, first_rejected);

@@ -18,6 +18,7 @@ void proof_acceleration(void) {
     ASSUME((robot.joint_count >= 1u) && (robot.joint_count <= ROBOT_MAX_JOINTS));
     assume_jacobian(motion.jacobian);
     acceleration_step(&acceleration, &config, &gains, &observer, &robot, &motion, velocity, commanded, mass_max_kg);
+    HOLDS((acceleration.size >= 0) && (acceleration.across >= 0), "explained.c relies on the sizes");
     acceleration_init(&acceleration);
     REACHED;
 }

@@ -126,6 +126,7 @@ void proof_observer(void) {
     }
     observer_step(&observer, &config, any_joints(), &motion, torque, gap);
     HOLDS(observer.gap <= OBSERVER_MAX_GAP, "later stages have constants for the gap");
+    HOLDS(is_constant(observer.decay, NUM(1)), "explained.c relies on the decay");
     observer_init(&observer);
     REACHED;
 }

@@ -111,10 +111,23 @@ void stub_next(motion_t *self, const robot_joint_t *joint, const bool right, num
 }
 
 void stub_keep(motion_t *self, uint32_t i, const frame_t *from) {
+    num_t x, y, z;
     HOLDS((i < ROBOT_JOINTS) && __CPROVER_r_ok(from, sizeof(*from)), "the axis and the frame are there");
-    self->jacobian[3][i] = from->row_x.z;
-    self->jacobian[4][i] = from->row_y.z;
-    self->jacobian[5][i] = from->row_z.z;
+    ASSUME(stub_below(x, 28u) && stub_below(y, 28u) && stub_below(z, 28u));
+    self->jacobian[3][i] = x;
+    self->jacobian[4][i] = y;
+    self->jacobian[5][i] = z;
+}
+
+void proof_motion_keep(void) {
+    uint32_t i;
+    any_link();
+    ASSUME(i < ROBOT_JOINTS);
+    keep_axis(&motion, i, &frame);
+    HOLDS(stub_below(motion.jacobian[3][i], 28u) && stub_below(motion.jacobian[4][i], 28u) &&
+              stub_below(motion.jacobian[5][i], 28u),
+          "the angular entries of the Jacobian are below 64");
+    REACHED;
 }
 
 void stub_add(motion_t *self, const robot_joint_t *joint, uint32_t i, const link_t *from, beyond_t *sum) {
@@ -132,13 +145,27 @@ void stub_hand(const robot_joint_t *joint, const bool right, const num_sincos_t 
     any_sum(sum);
 }
 
+/* Every later stage relies on it. */
+static bool jacobian_is_below_64(const motion_t *of) {
+    bool all = true;
+    for (uint32_t row = 0; row < MOTION_TWIST_ROWS; ++row) {
+        for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
+            all = all && stub_below(of->jacobian[row][i], 28u);
+        }
+    }
+    return all;
+}
+
 void proof_motion(void) {
     num_t q[ROBOT_MAX_JOINTS], qd[ROBOT_MAX_JOINTS];
     any_link();
     for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
         ASSUME((q[i] >= -INT32_MAX) && (qd[i] >= -INT32_MAX));
     }
+    assume_jacobian(motion.jacobian); /* entries without a joint stay */
     motion_step(&motion, &table, q, qd);
+    HOLDS(jacobian_is_below_64(&motion), "the Jacobian");
     motion_init(&motion);
+    HOLDS(jacobian_is_below_64(&motion), "that of the start");
     REACHED;
 }

@@ -38,6 +38,19 @@ void proof_num_narrow(void) {
     REACHED;
 }
 
+static bool is_factor(num_t a) {
+    return (a >= -NUM_FACTOR_MAX) && (a <= NUM_FACTOR_MAX);
+}
+
+void proof_num_factor(void) {
+    int64_t sum;
+    num_t a;
+    uint32_t saturations;
+    HOLDS(is_factor(num_narrow_factor(sum, &saturations)), "below 64");
+    HOLDS(is_factor(num_factor(a, &saturations)), "below 64");
+    REACHED;
+}
+
 void proof_num_rounded(void) {
     int64_t a;
     uint32_t shift;
@@ -71,7 +84,7 @@ void proof_num_div(void) {
     REACHED;
 }
 
-/* What num_sizes.h says of products and quotients. */
+/* What num_sizes.h and num_sums.h say of products and quotients. */
 /* |a b| is at most |a| times the bound of |b|, which needs no proof; the rounding does. */
 void proof_num_mul_bounds(void) {
     const num_t a = any_number();
@@ -84,6 +97,8 @@ void proof_num_mul_bounds(void) {
     HOLDS((product > (size * (one / 2))) || (product < -(size * (one / 2))) || (rounded <= ((size / 2) + 1)),
           "a factor within 0.5");
     HOLDS((product > (4 * one * one)) || (product < -(4 * one * one)) || (rounded <= NUM(4)), "two factors within 2");
+    HOLDS((product > (64 * one * one)) || (product < -(64 * one * one)) || (rounded <= NUM(64)),
+          "two factors within 8");
     REACHED;
 }
 

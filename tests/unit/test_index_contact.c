@@ -153,6 +153,21 @@ static void test_the_soft_projector_weights_the_acceleration_by_its_trust(void) 
     TEST_ASSERT_TRUE(before < 0.1);
 }
 
+/* The projectors' sums have room for columns below 64. No arm that robot_is_valid accepts has such a Jacobian. */
+static void test_a_column_beyond_the_range_of_the_projectors_saturates_and_is_counted(void) {
+    const index_config_t task = {.kind = INDEX_CONTACT,
+                                 .components = 9u,
+                                 .frame = FRAME_BASE,
+                                 .axis = {{NUM(0.6), NUM(0.8), 0}, {NUM(-0.8), NUM(0.6), 0}, {0, 0, NUM(1)}}};
+    motion.jacobian[0][2] = NUM(-63);
+    motion.jacobian[1][2] = NUM(-63);
+    look_at(&task);
+    ASSERT_CLOSE(IF_FIXED(-64.0, -63.0 * 1.4), value_of(index_state.column[0][2]), 1e-4);
+    TEST_ASSERT_EQUAL(IF_FIXED(1, 0), index_state.saturations);
+    index_state.saturations = 0;
+    index_state.projection.subspace.saturations = 0;
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_subset_of_components_explains_only_these);
@@ -161,5 +176,6 @@ int main(void) {
     RUN_TEST(test_axes_of_the_base_frame_at_the_tip_are_the_plain_wrench);
     RUN_TEST(test_the_sudden_remainder_lacks_only_the_fast_components);
     RUN_TEST(test_the_soft_projector_weights_the_acceleration_by_its_trust);
+    RUN_TEST(test_a_column_beyond_the_range_of_the_projectors_saturates_and_is_counted);
     return UNITY_END();
 }

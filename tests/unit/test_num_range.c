@@ -148,11 +148,37 @@ static void test_the_root_of_every_square(void) {
 
 #endif
 
+/* In float nothing is limited. */
+static void test_a_factor_of_a_product_in_a_sum_is_below_64(void) {
+    TEST_ASSERT_TRUE(num_narrow_factor(num_wide(NUM(-9), NUM(7)), &saturations) == NUM(-63));
+    TEST_ASSERT_TRUE(num_factor(NUM(63.5), &saturations) == NUM(63.5));
+    TEST_ASSERT_TRUE(num_factor(NUM(-63.5), &saturations) == NUM(-63.5));
+    TEST_ASSERT_EQUAL(0, saturations);
+#ifdef TAUPERP_FIXED
+    const num_t most = NUM(64) - 1;
+    TEST_ASSERT_EQUAL_INT32(most, num_factor(most, &saturations));
+    TEST_ASSERT_EQUAL_INT32(-most, num_factor(-most, &saturations));
+    TEST_ASSERT_EQUAL_INT32(most, num_narrow_factor(num_widen(most), &saturations));
+    TEST_ASSERT_EQUAL_INT32(-most, num_narrow_factor(num_widen(-most), &saturations));
+    TEST_ASSERT_EQUAL(0, saturations);
+    TEST_ASSERT_EQUAL_INT32(most, num_factor(most + 1, &saturations));
+    TEST_ASSERT_EQUAL_INT32(-most, num_factor(-most - 1, &saturations));
+    TEST_ASSERT_EQUAL_INT32(most, num_narrow_factor(num_widen(most) + 1, &saturations));
+    TEST_ASSERT_EQUAL_INT32(-most, num_narrow_factor(num_widen(-most) - 1, &saturations));
+    TEST_ASSERT_EQUAL(4, saturations);
+#else
+    TEST_ASSERT_TRUE(num_factor(NUM(1e9), &saturations) == NUM(1e9));
+    TEST_ASSERT_TRUE(num_narrow_factor(NUM(1e9), &saturations) == NUM(1e9));
+    TEST_ASSERT_EQUAL(0, saturations);
+#endif
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_sine_and_cosine_of_every_angle);
     RUN_TEST(test_the_reciprocal_of_every_number);
     RUN_TEST(test_a_number_over_the_root_of_every_square);
     RUN_TEST(test_the_root_of_every_square);
+    RUN_TEST(test_a_factor_of_a_product_in_a_sum_is_below_64);
     return UNITY_END();
 }
