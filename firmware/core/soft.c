@@ -51,15 +51,21 @@ static num_t make(soft_t *self, num_t x[], num_t s, uint32_t at) {
 
 /* Normalises w in place. Returns |w|. */
 static num_t normalise(num_t w[], uint32_t count, uint32_t *ignored) {
+    num_t size = NUM(0);
+    for (uint32_t c = 0; c < count; ++c) {
+        size = num_max(size, num_abs(w[c]));
+    }
+    const int32_t shift = num_headroom(size);
     num_wide_t square = num_widen(NUM(0));
     for (uint32_t c = 0; c < count; ++c) {
+        w[c] = num_shift(w[c], shift, ignored);
         square += num_wide(w[c], w[c]);
     }
     const num_inverse_t inverse = num_inverse_root(square);
     for (uint32_t c = 0; c < count; ++c) {
         w[c] = num_times(w[c], inverse, ignored);
     }
-    return num_root(square);
+    return num_shift(num_root(square), -shift, ignored);
 }
 
 /* A start vector with a component in every direction. */

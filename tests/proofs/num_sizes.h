@@ -6,15 +6,27 @@
 
 #include "num_stub.h"
 
-/* Largest result of num_shift, which a harness may lower: proof_num_headroom. */
-#ifndef STUB_SHIFTED
-#define STUB_SHIFTED INT32_MAX
-#endif
+/* The last size whose headroom was asked for, and the answer. */
+static num_t headroom_size;
+static int32_t headroom;
+
+static inline int32_t stub_headroom(num_t size) {
+    headroom_size = size;
+    headroom = (num_headroom)(size);
+    return headroom;
+}
 
 static inline num_t stub_saturated(int32_t bound, uint32_t *saturations) {
     bool saturated;
     *saturations += saturated ? 1u : 0u;
     return stub_within(bound);
+}
+
+/* A number up to a size, shifted by the headroom of that size, is at most 32: proof_num_headroom. */
+static inline num_t stub_shifted(num_t a, int32_t shift, uint32_t *saturations) {
+    const bool made_room = (shift == headroom) && (num_abs(a) <= headroom_size);
+    stub_shift(shift);
+    return stub_saturated(made_room ? NUM(32) : INT32_MAX, saturations);
 }
 
 /* |a| is below 2^bits. */
@@ -94,6 +106,7 @@ static inline num_t stub_sized_root(num_wide_t square) {
 #define num_div(a, b, saturations)       stub_sized_div((a), (b), (saturations))
 #define num_wide(a, b)                   stub_sized_wide((a), (b))
 #define num_root(square)                 stub_sized_root(square)
-#define num_shift(a, shift, saturations) ((void)(a), stub_shift(shift), stub_saturated(STUB_SHIFTED, (saturations)))
+#define num_headroom(size)               stub_headroom(size)
+#define num_shift(a, shift, saturations) stub_shifted((a), (shift), (saturations))
 
 #endif

@@ -149,6 +149,21 @@ static void test_columns_of_zeros_at_the_end_are_ignored(void) {
     TEST_ASSERT_TRUE(soft.smallest == NUM(0));
 }
 
+/* Signed overflow would end the test: in fixed point the sum of these squares is beyond 64 bits. */
+static void test_a_direction_of_any_length_is_followed_again_from_the_next_step_on(void) {
+    for (uint32_t c = 0; c < K; ++c) {
+        column[c][c] = NUM(0.25);
+    }
+    column[5][5] = NUM(0.01);
+    step(K, 0.005);
+    for (uint32_t c = 0; c < K; ++c) {
+        soft.weakest[c] = NUM(511);
+    }
+    step(K, 0.005);
+    step(K, 0.005);
+    ASSERT_CLOSE(0.01, value_of(soft.smallest), 1e-4);
+}
+
 static void test_a_value_that_is_not_a_number_explains_nothing_from_then_on(void) {
     num_t torque[ROBOT_MAX_JOINTS] = {NUM(1), NUM(2), NUM(3)};
     num_t rejected[ROBOT_MAX_JOINTS];
@@ -176,6 +191,7 @@ int main(void) {
     RUN_TEST(test_the_index_is_continuous_through_a_change_of_rank);
     RUN_TEST(test_the_smallest_singular_value_is_followed);
     RUN_TEST(test_columns_of_zeros_at_the_end_are_ignored);
+    RUN_TEST(test_a_direction_of_any_length_is_followed_again_from_the_next_step_on);
     RUN_TEST(test_a_value_that_is_not_a_number_explains_nothing_from_then_on);
     return UNITY_END();
 }
