@@ -6,7 +6,7 @@
 
 #include "num_stub.h"
 
-/* The last size whose headroom was asked for, and the answer. */
+/* The last size whose headroom was computed, and the headroom. */
 static num_t headroom_size;
 static int32_t headroom;
 
