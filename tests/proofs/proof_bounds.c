@@ -50,6 +50,15 @@ void proof_accepted_block_reacts_in_time(void) {
         HOLDS(block.joint_deadline_us <= CONFIG_MAX_GAP * block.period_us, "deadline of the snapshot");
         HOLDS(block.task_deadline_us <= CONFIG_INPUT_MAX_US, "deadline of the task");
         HOLDS(block.tick_deadline_us <= CONFIG_TICK_MAX_US, "deadline of the tick");
+        HOLDS((block.subspace.tolerance > 0) && (block.subspace.tolerance <= NUM(0.1)), "index.c relies on it");
+        HOLDS((block.subspace.lever_m > 0) && (block.subspace.lever_m <= NUM(1)), "index.c relies on it");
+        HOLDS((block.subspace.softness > 0) && (block.subspace.softness <= NUM(0.2)), "explained.c relies on it");
+        for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) {
+            HOLDS((block.observer.decay[g] > 0) && (block.observer.decay[g] < NUM(1)) && (block.observer.gain[g] > 0) &&
+                      (block.observer.gain[g] < NUM(1)) && (block.observer.momentum_gain[g] > 0) &&
+                      (block.observer.momentum_gain[g] <= NUM(500)),
+                  "observer.c and acceleration.c rely on the constants");
+        }
         HOLDS((block.stop_collision <= 2u) && (block.stop_input <= 1u) && (block.stop_fault <= 1u), "stop categories");
     }
     REACHED;

@@ -24,7 +24,15 @@ void proof_filters(void) {
     guard_config_t block;
     channel_config_t channel;
     block.period_us = CONFIG_PERIOD_MAX_US; /* 20 steps of the response; every further step is like these */
-    (void)channel_is_valid(&block, &channel, orders_by_projection(&block));
+    if (channel_is_valid(&block, &channel, orders_by_projection(&block))) {
+        for (uint32_t g = 0; g < OBSERVER_MAX_GAP; ++g) {
+            HOLDS((num_abs(channel.own[g]) <= NUM(1)) && (num_abs(channel.cross[g]) <= NUM(1)) &&
+                      (num_abs(channel.back[g]) <= NUM(1)) && (num_abs(channel.stay[g]) <= NUM(1)),
+                  "bank.c and regressor.c rely on the constants of the states");
+            HOLDS((num_abs(channel.in[g]) <= NUM(16)) && (num_abs(channel.in_back[g]) <= NUM(16)),
+                  "bank.c and regressor.c rely on the constants of the input");
+        }
+    }
     REACHED;
 }
 

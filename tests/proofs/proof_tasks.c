@@ -11,13 +11,25 @@ void proof_task(void) {
     block.robot.joint_count = ROBOT_MAX_JOINTS;
     block.bank.channels = BANK_MAX_CHANNELS;
     ASSUME(task.index.frame == (uint32_t)FRAME_TIP); /* the other frames have axes: the next harness */
-    (void)check_task(&block, &task);
+    const bool valid = check_task(&block, &task) == GUARD_OK;
+    const explained_config_t *const limits = &task.limits;
+    HOLDS(!valid || !is_of_payload(&task.index) || ((limits->mass_max_kg > 0) && (limits->force_slack_n > 0)),
+          "explained.c relies on the limits of a payload");
+    HOLDS(!valid || (task.index.kind < (uint32_t)INDEX_KIND_COUNT), "a known kind");
+    HOLDS(!valid || has_no_axes(&task.index), "index.c relies on a row without axes and point");
     REACHED;
 }
 
 void proof_axes(void) {
     index_config_t index;
-    (void)axes_are_valid(&index);
+    if (axes_are_valid(&index)) {
+        for (uint32_t a = 0; a < 3u; ++a) {
+            for (uint32_t b = 0; b < 3u; ++b) {
+                HOLDS(num_abs(index.axis[a][b]) < NUM(2), "index.c relies on the axes");
+            }
+            HOLDS(num_abs(index.point[a]) < NUM(2), "index.c relies on the point");
+        }
+    }
     REACHED;
 }
 
