@@ -45,7 +45,8 @@ static num_t logarithm(num_t x, uint32_t *held) {
     return num_mul(NUM(0.693147), twos + f + bend, held);
 }
 
-/* The columns of a force along each axis, then of a moment about each. */
+/* The columns of a force along each axis, then of a moment about each. Only an arm that reaches further than 4 m has
+ * columns that num_factor limits. */
 static void make_columns(const motion_t *motion, const lever_config_t *shape, const num_t weight[],
                          num_t column[][ROBOT_MAX_JOINTS], uint32_t *held) {
     const vec3_t none = {NUM(0), NUM(0), NUM(0)};
@@ -62,7 +63,7 @@ static void make_columns(const motion_t *motion, const lever_config_t *shape, co
     }
     for (uint32_t c = 0; c < (uint32_t)COLUMNS; ++c) {
         for (uint32_t i = 0; i < ROBOT_JOINTS; ++i) {
-            column[c][i] = num_mul(column[c][i], weight[i], held);
+            column[c][i] = num_factor(num_mul(column[c][i], weight[i], held), held);
         }
     }
 }

@@ -201,6 +201,28 @@ static void test_the_columns_of_a_link(void) {
     }
 }
 
+/* Signed overflow would end the test: in fixed point the columns stay below 64, as the projector needs. */
+static void test_a_link_of_a_long_arm_is_compared_without_overflow(void) {
+    num_t column[COLUMNS][ROBOT_MAX_JOINTS];
+    num_t change[ROBOT_MAX_JOINTS];
+    draw();
+    locate_begin(&state, 7u, 1u, alike);
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
+        change[i] = NUM(1);
+        state.weight[i] = NUM(16);
+        for (uint32_t row = 0; row < 3u; ++row) {
+            motion.jacobian[row][i] = NUM(55);
+        }
+    }
+    make_columns(&motion, &shape, state.weight, column, &held);
+    TEST_ASSERT_TRUE(num_abs(column[0][0]) > NUM(63.9));
+#ifdef TAUPERP_FIXED
+    TEST_ASSERT_TRUE(num_abs(column[0][0]) < NUM(64));
+#endif
+    look(&state, &shape, &motion, change, NUM(1));
+    TEST_ASSERT_EQUAL(7, state.best_link);
+}
+
 /* Cost of what the columns leave, and of how many they are; the force of the link with the lowest cost. */
 static void test_the_cost_and_the_force_of_a_link(void) {
     num_t change[ROBOT_MAX_JOINTS];
@@ -279,6 +301,7 @@ int main(void) {
     RUN_TEST(test_the_change_is_a_mean_beyond_what_was_before);
     RUN_TEST(test_a_change_within_the_noise_tells_nothing);
     RUN_TEST(test_the_columns_of_a_link);
+    RUN_TEST(test_a_link_of_a_long_arm_is_compared_without_overflow);
     RUN_TEST(test_the_cost_and_the_force_of_a_link);
     RUN_TEST(test_an_arm_of_eight_joints_is_searched);
     return UNITY_END();
