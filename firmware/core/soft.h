@@ -12,7 +12,7 @@
  *
  * The reflections of the first columns alone give d of these columns: the argument `first` of soft_reject.
  *
- * k is 0 to SUBSPACE_MAX_COLUMNS; entries below 64 in size. s is SOFT_MIN to 0.1, in the unit of A. With NaN or
+ * k is 0 to SUBSPACE_MAX_COLUMNS; entries below 64 in size. s is SOFT_MIN to 1, in the unit of A. With NaN or
  * infinity in A, d is not a number, or zero. Cost: about 460 products and 6 roots for 6 columns of 7 joints.
  */
 #ifndef TAUPERP_SOFT_H

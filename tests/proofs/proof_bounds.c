@@ -59,6 +59,8 @@ void proof_accepted_block_reacts_in_time(void) {
                       (block.observer.momentum_gain[g] <= NUM(500)),
                   "observer.c and acceleration.c rely on the constants");
         }
+        HOLDS((block.subspace.projector == (uint32_t)PROJECTOR_HARD) || (block.subspace.tolerance >= NUM(SOFT_MIN)),
+              "soft.c relies on it");
         HOLDS((block.stop_collision <= 2u) && (block.stop_input <= 1u) && (block.stop_fault <= 1u), "stop categories");
     }
     REACHED;

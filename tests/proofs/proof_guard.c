@@ -106,9 +106,9 @@ void locate_init(locate_t *self) {
 
 void locate_begin(locate_t *self, uint32_t joints, uint32_t ticks, const num_t threshold[]) {
     locate_t any;
-    (void)joints;
-    (void)ticks;
-    (void)threshold;
+    HOLDS((joints >= 1u) && (joints <= ROBOT_JOINTS), "the joints of the arm");
+    HOLDS((ticks >= 1u) && (ticks <= (uint32_t)INT32_MAX), "a time of at least one tick");
+    HOLDS(__CPROVER_r_ok(threshold, joints * sizeof(*threshold)), "a threshold of each joint");
     *self = any;
 }
 
@@ -117,11 +117,9 @@ bool locate_step(locate_t *self, const lever_config_t *shape, uint32_t joints, m
     locate_t any;
     bool done;
     uint32_t watched;
-    (void)shape;
-    (void)joints;
-    (void)observer;
-    (void)index;
-    (void)explained;
+    HOLDS((joints >= 1u) && (joints <= ROBOT_JOINTS) && (index->columns <= SUBSPACE_MAX_COLUMNS), "an arm and a task");
+    HOLDS(__CPROVER_r_ok(shape, sizeof(*shape)) && __CPROVER_r_ok(observer, sizeof(*observer)), "shape and observer");
+    HOLDS(__CPROVER_r_ok(explained, sizeof(*explained)), "the coefficients");
     (void)calm;
     *self = any;
     motion->watched = watched;

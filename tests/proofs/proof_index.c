@@ -63,6 +63,7 @@ void projection_hard(projection_t *self, uint32_t n, uint32_t k, const num_t col
 
 void projection_soft(projection_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s,
                      const num_t tau[], num_t rejected[], uint32_t first, num_t first_rejected[]) {
+    HOLDS((s >= NUM(SOFT_MIN)) && (s <= NUM(1)), "a softness");
     HOLDS(first <= SUBSPACE_MAX_COLUMNS, "no more fast columns than a projector takes");
     columns_are_there(k, column);
     any_projection(self, tau, first_rejected);
@@ -96,6 +97,7 @@ static void any_input(void) {
     __CPROVER_havoc_object(&regressor);
     ASSUME((config.tolerance > 0) && (config.tolerance <= NUM(0.1)) && (config.lever_m > 0) &&
            (config.lever_m <= NUM(1)));
+    ASSUME((config.projector != (uint32_t)PROJECTOR_SOFT) || (config.tolerance >= NUM(SOFT_MIN)));
     assume_jacobian(motion.jacobian); /* proof_motion */
     ASSUME(are_columns(&index));
 }

@@ -112,7 +112,7 @@ void soft_step(soft_t *self, uint32_t k, const num_t of[][ROBOT_MAX_JOINTS], num
             HOLDS(num_abs(of[c][i]) <= NUM(64), "a column that soft_step takes");
         }
     }
-    HOLDS((s >= NUM(SOFT_MIN)) && (s <= NUM(0.1)), "a softness");
+    HOLDS((s >= NUM(SOFT_MIN)) && (s <= NUM(1)), "a softness");
     ASSUME(columns <= k);
     self->columns = columns;
     for (uint32_t c = 0; c < SUBSPACE_MAX_COLUMNS; ++c) {

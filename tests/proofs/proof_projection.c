@@ -23,6 +23,7 @@ void soft_init(soft_t *self) {
 void soft_step(soft_t *self, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s) {
     stub_object(self, sizeof(*self));
     stub_columns(k, column);
+    HOLDS((s >= NUM(SOFT_MIN)) && (s <= NUM(1)), "a softness");
 }
 
 void soft_reject(soft_t *self, const num_t tau[], num_t rejected[], uint32_t first, num_t first_rejected[]) {

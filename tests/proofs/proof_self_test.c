@@ -27,6 +27,7 @@ void projection_hard(projection_t *self, uint32_t n, uint32_t k, const num_t col
 
 void projection_soft(projection_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s,
                      const num_t tau[], num_t rejected[], uint32_t first, num_t first_rejected[]) {
+    HOLDS((s >= NUM(SOFT_MIN)) && (s <= NUM(1)), "a softness");
     project(self, k, column, tau, rejected);
 }
 

@@ -2,7 +2,7 @@
 #include "num_sizes.h"
 #include "stub_object.h"
 
-/* A column of R has the length of a column and s: no entry is beyond 64 sqrt(8) + 0.1. */
+/* A column of R has the length of a column and s: no entry is beyond 64 sqrt(8) + 1. */
 #define SOFT_MOST 805306368 /* 192 */
 
 /* Each product of reflect has an entry below 2 as a factor; each other one in a sum is by an entry of R, or a square
@@ -54,7 +54,7 @@ static void any_soft(void) {
     __CPROVER_havoc_object(&saturations);
     __CPROVER_havoc_object(&count);
     ASSUME((soft.columns <= (uint32_t)COLUMNS) && (count <= (uint32_t)COLUMNS));
-    ASSUME((s >= NUM(SOFT_MIN)) && (s <= NUM(0.1)));
+    ASSUME((s >= NUM(SOFT_MIN)) && (s <= NUM(1)));
 }
 
 void proof_soft_reflect(void) {
@@ -122,7 +122,7 @@ void proof_soft_follow(void) {
 
 /* Instead of the functions that the step calls. */
 num_t stub_make(soft_t *self, num_t x[], num_t of, uint32_t at) {
-    HOLDS((at < (uint32_t)COLUMNS) && (of >= NUM(SOFT_MIN)) && (of <= NUM(0.1)), "a column and a softness");
+    HOLDS((at < (uint32_t)COLUMNS) && (of >= NUM(SOFT_MIN)) && (of <= NUM(1)), "a column and a softness");
     HOLDS(__CPROVER_w_ok(x, ROWS * sizeof(*x)), "the column is there");
     return stub_number(&self->saturations);
 }

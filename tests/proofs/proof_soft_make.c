@@ -10,7 +10,7 @@ void proof_soft_make(void) {
     soft_t soft;
     num_t x[ROBOT_MAX_JOINTS], s;
     uint32_t at;
-    ASSUME((at < SUBSPACE_MAX_COLUMNS) && (s >= NUM(SOFT_MIN)) && (s <= NUM(0.1)));
+    ASSUME((at < SUBSPACE_MAX_COLUMNS) && (s >= NUM(SOFT_MIN)) && (s <= NUM(1)));
     for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
         ASSUME((x[i] >= -LENGTH_ENTRY) && (x[i] <= LENGTH_ENTRY));
     }
