@@ -78,27 +78,25 @@ static bool is_passing(guard_reason_t reason) {
 /* Whether an event exceeds the current stop: a worse category, or a second collision while the arm may still move. */
 static guard_event_t worse_event(const guard_t *self, const guard_event_t *input, bool rising) {
     guard_event_t contact = contact_event(self);
-    if (contact.reason != GUARD_REASON_NONE) {
-        const uint32_t second = self->config->stop_input;
-        contact.category = (contact.category < second) ? contact.category : second;
-        if (rising && self->detector.tripped) {
-            contact.joint = self->rise.joint + 1u;
-            contact.channel = self->detector.channel[self->rise.joint];
-            contact.value_nm = self->detector.value_nm[self->rise.joint];
-            contact.threshold_nm = self->detector.threshold_nm[self->rise.joint];
-        } else if (!self->calm) {
-            contact.reason = GUARD_REASON_NONE;
-        } else {
-            /* a contact after everything was good */
-        }
+    const uint32_t second = self->config->stop_input;
+    contact.category = (contact.category < second) ? contact.category : second;
+    if (rising && self->detector.tripped) {
+        contact.joint = self->rise.joint + 1u;
+        contact.channel = self->detector.channel[self->rise.joint];
+        contact.value_nm = self->detector.value_nm[self->rise.joint];
+        contact.threshold_nm = self->detector.threshold_nm[self->rise.joint];
+    } else if (!self->calm) {
+        contact.reason = GUARD_REASON_NONE;
+    } else {
+        /* a contact after everything was good, or none */
     }
     if ((input->reason != GUARD_REASON_NONE) && !is_passing(input->reason) && (input->category < self->trip.category)) {
         return *input;
     }
-    if ((contact.reason != GUARD_REASON_NONE) && (contact.category < self->trip.category)) {
-        return contact;
+    if (contact.category >= self->trip.category) {
+        contact.reason = GUARD_REASON_NONE;
     }
-    return (guard_event_t){.reason = GUARD_REASON_NONE};
+    return contact;
 }
 
 static void while_stopped(guard_t *self, const guard_event_t *input, uint64_t now_us, guard_finding_t *finding) {
@@ -185,7 +183,7 @@ void guard_look(guard_t *self, uint64_t now_us, guard_finding_t *finding) {
 
 /* Keeps the time since when everything is good. */
 static void track_health(guard_t *self, bool healthy, uint64_t now_us) {
-    if (healthy && !self->healthy) {
+    if (!self->healthy) {
         self->healthy_since_us = now_us;
     }
     self->healthy = healthy;
@@ -219,9 +217,7 @@ static void act(guard_t *self, const guard_finding_t *finding, uint64_t now_us) 
     if (self->state == (uint32_t)GUARD_STATE_FAULT) {
         return; /* FAULT ends with guard_init only */
     }
-    if (self->state != (uint32_t)GUARD_STATE_SELF_TEST) {
-        track_health(self, finding->healthy, now_us);
-    }
+    track_health(self, finding->healthy, now_us);
     if (finding->wish == WISH_FAULT) {
         trip(self, GUARD_STATE_FAULT, &finding->event);
     } else if (finding->wish == WISH_STOP) {
@@ -266,7 +262,6 @@ static void settle(guard_t *self, uint64_t now_us, const guard_finding_t *findin
     self->inputs.edge = (uint8_t)GUARD_CLEAR;
     if (!testing) { /* frames received during the self-test are for the first tick after it */
         self->inputs.fault = 0;
-        self->inputs.fault_joint = 0;
     }
 }
 

@@ -88,7 +88,7 @@ static void receive_sync(guard_t *self, const can_frame_t *frame, uint64_t now_u
         self->inputs.clocks_agree = false;
         snapshot_restart(&self->inputs.snapshot);
     } else {
-        compare_clocks(self, first ? 0u : advance, now_us);
+        compare_clocks(self, advance, now_us);
     }
     snapshot_begin(&self->inputs.snapshot, message.cycle);
     good(&self->inputs.sync, now_us);
@@ -226,7 +226,7 @@ static bool accept(guard_t *self, const can_frame_t *frame, uint32_t slot) {
     const protocol_receive_t *const entry = &protocol_receive[slot];
     const uint8_t format = (self->config->format == (uint32_t)FORMAT_FD) ? (uint8_t)CAN_FRAME_FD : 0u;
     const uint8_t flags = (uint8_t)(frame->flags & (uint8_t)~CAN_FRAME_BRS);
-    const bool of_robot = (entry->kind != (uint8_t)PROTOCOL_KIND_JOINT_STATE) || (entry->joint < self->joints);
+    const bool of_robot = entry->joint < self->joints; /* 0 for a frame that is not of a joint */
     if ((frame->length != entry->length) || (flags != format) || !of_robot) {
         count(&self->counters.format_errors, 1u);
         if (of_robot) {
@@ -291,5 +291,5 @@ void guard_receive(guard_t *self, const can_frame_t *frame, uint64_t now_us) {
 }
 
 bool guard_cycle_complete(const guard_t *self) {
-    return (self->config != NULL) && snapshot_is_complete(&self->inputs.snapshot);
+    return snapshot_is_complete(&self->inputs.snapshot); /* never without a configuration, since nothing is received */
 }

@@ -37,14 +37,11 @@ static bool config_is_intact(const guard_t *self) {
     return config_watch_step(&self->watch, self->config, self->task, (requested != self->task) ? requested : next);
 }
 
-static bool from_the_future(const guard_input_t *input, uint64_t now_us) {
-    return input->seen && (input->good_us > now_us);
-}
-
+/* All times are 0 before the first input and the first tick. */
 static bool time_is_valid(const guard_t *self, uint64_t now_us) {
     const guard_inputs_t *const inputs = &self->inputs;
-    return !(from_the_future(&inputs->sync, now_us) || from_the_future(&inputs->joints, now_us) ||
-             from_the_future(&inputs->task, now_us) || (self->ticked && (now_us < self->last_tick_us)));
+    return (inputs->sync.good_us <= now_us) && (inputs->joints.good_us <= now_us) && (inputs->task.good_us <= now_us) &&
+           (self->last_tick_us <= now_us);
 }
 
 /* A tick comes once per cycle, so time must have advanced since the last tick. */

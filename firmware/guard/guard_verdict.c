@@ -19,8 +19,9 @@ static uint32_t category(const guard_t *self) {
     }
 }
 
+/* A time in the future is older, too: its age is near 2^64. */
 static bool is_older(const guard_input_t *input, uint32_t deadline_us, uint64_t now_us) {
-    return !input->seen || (input->good_us > now_us) || ((now_us - input->good_us) > deadline_us);
+    return !input->seen || ((now_us - input->good_us) > deadline_us);
 }
 
 /* The second computation, for the inverted copy of the permission. It reads the state's inverted word instead of the

@@ -221,12 +221,14 @@ static void test_the_watch_detects_any_change_of_one_word_and_an_exchange_of_two
 
 static void test_a_flipped_bit_of_a_sum_is_detected(void) {
     config_watch_t watch;
+    memset(&watch, 0xFF, sizeof(watch));
     config_watch_start(&watch, &config);
     watch.common ^= 0x100u;
     TEST_ASSERT_FALSE(config_watch_step(&watch, &config, TASK_NONE, TASK_NONE));
     watch.common ^= 0x100u;
     watch.row[TASK_PAYLOAD] ^= 0x100u;
     TEST_ASSERT_TRUE(config_watch_step(&watch, &config, TASK_NONE, TASK_NONE));
+    TEST_ASSERT_TRUE(config_watch_step(&watch, &config, TASK_NONE, TASK_INVALID));
     TEST_ASSERT_FALSE(config_watch_step(&watch, &config, TASK_NONE, TASK_PAYLOAD));
 }
 

@@ -218,6 +218,7 @@ static void test_a_guard_that_waits_permits_only_if_nothing_is_tripped(void) {
     other = opinion_of(&stale);
     decide(&stale, &other);
     TEST_ASSERT_EQUAL(GUARD_STATE_WAITING, bench.out.state);
+    TEST_ASSERT_EQUAL(GUARD_REASON_SETTLING, bench.out.reason); /* a reset is not needed any more */
 }
 
 /* Healthy, fresh and tested are of both channels or of none. */
@@ -241,13 +242,15 @@ static void test_what_one_channel_lacks_both_lack(void) {
 
 static void test_a_guard_in_fault_tells_its_reason_in_every_tick(void) {
     guard_finding_t finding;
-    guard_trip(guard, GUARD_REASON_STATE_CORRUPT);
-    cycle(&bench);
-    assert_fault(&bench, GUARD_REASON_STATE_CORRUPT);
+    guard_trip(guard, GUARD_REASON_TIME_BACKWARDS);
+    cycles(&bench, 10u);
+    assert_fault(&bench, GUARD_REASON_TIME_BACKWARDS);
+    TEST_ASSERT_EQUAL(1, bench.out.trip_number); /* one trip, however long it lasts */
+    TEST_ASSERT_EQUAL(1, guard->counters.trips);
     next_cycle(&bench);
     guard_look(guard, bench.now_us, &finding);
     TEST_ASSERT_EQUAL(WISH_FAULT, finding.wish);
-    TEST_ASSERT_EQUAL(GUARD_REASON_STATE_CORRUPT, finding.event.reason);
+    TEST_ASSERT_EQUAL(GUARD_REASON_TIME_BACKWARDS, finding.event.reason);
     TEST_ASSERT_FALSE(finding.fresh);
 }
 
@@ -271,22 +274,35 @@ static void test_a_contact_after_a_stop_for_an_input_has_its_own_category(void) 
 
 /* --- reception ---------------------------------------------------------------------------------------------------- */
 
-/* -4.095875 rad and -32767: the ends of the wire's range. The robot allows more. */
+/* -32767 to 32767, where the robot allows more. -32768 means that there is no reading. */
 static void test_the_ends_of_the_wires_range_are_readings(void) {
-    bench.config.robot.joint[3].position_min_rad = NUM(-5);
-    bench.config.robot.joint[3].position_max_rad = NUM(5);
-    for (int32_t raw = -32767; raw <= 32767; raw += 65534) {
+    robot_joint_t *const limits = &bench.config.robot.joint[3];
+    int16_t *const reading[] = {&bench.position[3], &bench.velocity[3], &bench.torque[3]};
+    limits->position_min_rad = NUM(-5);
+    limits->position_max_rad = NUM(5);
+    limits->velocity_max_rad_s = NUM(9);
+    limits->torque_max_nm = NUM(400);
+    for (uint32_t k = 0; k < 9u; ++k) {
+        static const int16_t raw[] = {-32767, 32767, INT16_MIN};
         next_cycle(&bench);
         receive(&bench, sync_frame(&bench));
-        bench.position[3] = (int16_t)raw;
+        *reading[k / 3u] = raw[k % 3u];
         receive(&bench, joint_frame(&bench, 3u));
-        TEST_ASSERT_EQUAL(0, guard->counters.range_errors);
+        *reading[k / 3u] = 0;
+        TEST_ASSERT_EQUAL((k + 1u) / 3u, guard->counters.range_errors);
     }
-    bench.position[3] = INT16_MIN;
-    next_cycle(&bench);
-    receive(&bench, sync_frame(&bench));
-    receive(&bench, joint_frame(&bench, 3u));
-    TEST_ASSERT_EQUAL(1, guard->counters.range_errors);
+}
+
+static void test_the_ends_of_the_acceleration_are_values(void) {
+    for (uint32_t k = 0; k < 6u; ++k) {
+        uint8_t data[8] = {0};
+        put16(data + 2u + 2u * (k % 3u), (k < 3u) ? -32767 : 32767);
+        next_cycle(&bench);
+        receive(&bench, sync_frame(&bench));
+        receive(&bench, sealed(PROTOCOL_RECEIVE_TASK_COMMAND, data, TASK_PAYLOAD, (uint8_t)(bench.cycle & 0x0Fu)));
+        TEST_ASSERT_EQUAL(0, guard->counters.range_errors);
+        TEST_ASSERT_EQUAL(bench.cycle, guard->inputs.task_cycle);
+    }
 }
 
 static void test_a_sender_that_is_no_joint_is_named_by_no_joint(void) {
@@ -349,6 +365,7 @@ int main(void) {
     RUN_TEST(test_a_guard_in_fault_tells_its_reason_in_every_tick);
     RUN_TEST(test_a_contact_after_a_stop_for_an_input_has_its_own_category);
     RUN_TEST(test_the_ends_of_the_wires_range_are_readings);
+    RUN_TEST(test_the_ends_of_the_acceleration_are_values);
     RUN_TEST(test_a_sender_that_is_no_joint_is_named_by_no_joint);
     RUN_TEST(test_errors_of_a_joint_that_the_robot_does_not_have_are_nobodys);
     RUN_TEST(test_the_second_channel_changes_its_copy_and_the_speed_alone);

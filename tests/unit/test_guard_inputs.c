@@ -343,6 +343,8 @@ static void test_counters_stop_at_their_maximum(void) {
 }
 
 static void test_fd_frames_are_received_and_sent_when_configured(void) {
+    cycle(&bench);
+    TEST_ASSERT_EQUAL(0, bench.out.frame[0].flags); /* classic */
     guard_config_t config = make_config();
     config.format = FORMAT_FD;
     seal_config(&config);

@@ -152,14 +152,16 @@ static void test_indexes_are_compared_again_after_the_filters_have_settled(void)
 }
 
 static void test_indexes_are_not_compared_while_a_saturated_value_is_in_the_filters(void) {
-    own.saturated = true;
-    TEST_ASSERT_TRUE(step());
-    own.saturated = false;
-    other.saturated = true;
-    other.index[0][0] = 10 * AGREE_INDEX;
-    TEST_ASSERT_TRUE(step());
-    other.saturated = false;
-    assert_disagreement_after((AGREE_RANK_US / PERIOD_US) + AGREE_TICKS);
+    for (uint32_t k = 0; k < 2u; ++k) { /* of either channel */
+        setUp();
+        own.saturated = k == 0u;
+        other.saturated = k == 1u;
+        other.index[0][0] = 10 * AGREE_INDEX;
+        TEST_ASSERT_TRUE(step());
+        own.saturated = false;
+        other.saturated = false;
+        assert_disagreement_after((AGREE_RANK_US / PERIOD_US) + AGREE_TICKS);
+    }
 }
 
 static void test_residuals_are_compared_for_any_ranks(void) {
