@@ -109,6 +109,7 @@ static void test_rows_with_a_small_inverse_stay_unchanged(void) {
     TEST_ASSERT_TRUE(path.done);
     TEST_ASSERT_EQUAL(3, path.open_rows);
     TEST_ASSERT_EQUAL(0, path.rotations);
+    TEST_ASSERT_EQUAL(0, path.sweeps);
     TEST_ASSERT_EQUAL_MEMORY(&before, &b, sizeof(b));
     /* |B^-1|_F of this matrix, times the tolerance */
     const double c = 1.0 / 0.5, second[] = {-1.0, 0.2}, first[] = {0.5, 0.1, -0.02};

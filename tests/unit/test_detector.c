@@ -35,6 +35,11 @@ static void test_below_every_threshold_nothing_trips(void) {
     }
 }
 
+static void test_without_any_torque_the_first_joint_is_reported(void) {
+    step();
+    TEST_ASSERT_EQUAL(0, detector.joint);
+}
+
 static void test_a_trip_takes_its_debounce_of_consecutive_ticks(void) {
     for (uint32_t debounce = 1; debounce <= 5u; ++debounce) {
         detector_init(&detector);
@@ -270,6 +275,7 @@ static void test_the_token_is_that_of_the_bank_passed_on(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_below_every_threshold_nothing_trips);
+    RUN_TEST(test_without_any_torque_the_first_joint_is_reported);
     RUN_TEST(test_a_trip_takes_its_debounce_of_consecutive_ticks);
     RUN_TEST(test_one_tick_below_starts_the_count_again);
     RUN_TEST(test_ticks_of_different_joints_do_not_add_up);

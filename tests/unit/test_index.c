@@ -23,6 +23,26 @@ static void test_without_a_task_the_index_is_the_residual(void) {
     }
 }
 
+/* Not the sixth column that a contact has left behind. */
+static void test_a_payload_after_a_contact_has_five_columns(void) {
+    start();
+    acceleration = (vec3_t){NUM(3), NUM(-2), NUM(1)};
+    step(INDEX_CONTACT);
+    TEST_ASSERT_EQUAL(6, index_state.columns);
+    step(INDEX_PAYLOAD);
+    TEST_ASSERT_EQUAL(5, index_state.columns);
+}
+
+/* Whatever trust in it the soft projector would have. */
+static void test_the_hard_projector_takes_the_whole_acceleration(void) {
+    start();
+    acceleration = (vec3_t){NUM(4), NUM(0), NUM(0)};
+    step(INDEX_PAYLOAD);
+    for (uint32_t i = 0; i < N; ++i) {
+        TEST_ASSERT_TRUE(index_state.column[4][i] == motion.jacobian[0][i]);
+    }
+}
+
 static void test_a_payload_at_any_pose_is_explained(void) {
     random_start(62);
     for (int round = 0; round < 300; ++round) {
@@ -200,6 +220,8 @@ static void test_directions_below_the_tolerance_are_not_explained(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_without_a_task_the_index_is_the_residual);
+    RUN_TEST(test_a_payload_after_a_contact_has_five_columns);
+    RUN_TEST(test_the_hard_projector_takes_the_whole_acceleration);
     RUN_TEST(test_a_payload_at_any_pose_is_explained);
     RUN_TEST(test_a_force_across_gravity_and_acceleration_is_not_a_payload);
     RUN_TEST(test_any_wrench_at_the_end_effector_is_explained_in_contact);

@@ -70,6 +70,26 @@ static void test_two_links_agree_with_their_closed_form(void) {
     }
 }
 
+/* As one that differs from it by a micrometre: no other number means that there is no offset. */
+static void test_an_offset_of_one_metre_along_any_axis_counts(void) {
+    motion_t near;
+    motion_init(&near);
+    for (uint32_t axis = 0; axis < 3u; ++axis) {
+        robot_t robot = planar_arm(&two_links, 2);
+        num_t *const offset[] = {&robot.joint[1].offset.x, &robot.joint[1].offset.y, &robot.joint[1].offset.z};
+        *offset[0] = NUM(0);
+        *offset[axis] = NUM(1);
+        set_state(2, 3.0, 5.0);
+        motion_step(&motion, &robot, q, qd);
+        *offset[axis] = NUM(1.000001);
+        motion_step(&near, &robot, q, qd);
+        for (uint32_t row = 0; row < 3u; ++row) {
+            ASSERT_CLOSE(value_of(near.jacobian[row][0]), value_of(motion.jacobian[row][0]), 1e-5);
+        }
+        ASSERT_CLOSE(value_of(near.momentum[0]), value_of(motion.momentum[0]), 1e-3);
+    }
+}
+
 static void test_the_zero_of_a_joint_is_added_to_its_reading(void) {
     robot_t robot = planar_arm(&two_links, 2);
     q[0] = NUM(0.4);
@@ -269,6 +289,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_pendulum_agrees_with_its_closed_form);
     RUN_TEST(test_two_links_agree_with_their_closed_form);
+    RUN_TEST(test_an_offset_of_one_metre_along_any_axis_counts);
     RUN_TEST(test_the_zero_of_a_joint_is_added_to_its_reading);
     RUN_TEST(test_coriolis_is_the_slope_of_the_kinetic_energy);
     RUN_TEST(test_the_mass_matrix_is_symmetric_and_positive);

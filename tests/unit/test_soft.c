@@ -96,6 +96,73 @@ static void test_the_first_columns_alone_give_their_own_projection(void) {
     }
 }
 
+/* A zero column at the end is dropped, although the task counts it among its first ones. */
+static void test_columns_that_are_zero_explain_nothing(void) {
+    num_t torque[ROBOT_MAX_JOINTS] = {NUM(0)}, all[ROBOT_MAX_JOINTS], part[ROBOT_MAX_JOINTS];
+    random_start(303);
+    any_columns(3u, 0.8);
+    step(3u, 0.01);
+    memset(column[1], 0, 2u * sizeof(column[1]));
+    torque[0] = NUM(20);
+    step(3u, 0.01);
+    TEST_ASSERT_EQUAL(1, soft.columns);
+    soft_reject(&soft, torque, all, 3u, part);
+    TEST_ASSERT_EQUAL_MEMORY(all, part, N * sizeof(num_t));
+    memset(column, 0, sizeof(column));
+    step(1u, 0.01);
+    TEST_ASSERT_EQUAL(0, soft.columns);
+}
+
+/* A^T A w = smallest^2 w for the direction w that the iteration has reached. */
+static void test_the_smallest_singular_value_belongs_to_its_direction(void) {
+    random_start(304);
+    any_columns(K, 0.8);
+    for (uint32_t k = 0; k < 300u; ++k) {
+        step(K, 0.05);
+    }
+    double stretched[N] = {0.0};
+    for (uint32_t i = 0; i < N; ++i) {
+        for (uint32_t c = 0; c < K; ++c) {
+            stretched[i] += value_of(column[c][i]) * value_of(soft.weakest[c]);
+        }
+    }
+    const double square = value_of(soft.smallest) * value_of(soft.smallest);
+    for (uint32_t c = 0; c < K; ++c) {
+        double along = 0.0;
+        for (uint32_t i = 0; i < N; ++i) {
+            along += value_of(column[c][i]) * stretched[i];
+        }
+        ASSERT_CLOSE(square * value_of(soft.weakest[c]), along, 1e-4);
+    }
+}
+
+/* Rounding may bring its square below zero. */
+static void test_columns_that_depend_on_each_other_have_a_smallest_singular_value_of_nearly_zero(void) {
+    random_start(305);
+    for (uint32_t round = 0; round < 40u; ++round) {
+        any_columns(2u, 0.8);
+        memcpy(column[1], column[0], sizeof(column[0]));
+        for (uint32_t k = 0; k < 5u; ++k) {
+            step(2u, 0.05);
+        }
+        TEST_ASSERT_TRUE((soft.smallest >= NUM(0)) && (soft.smallest < NUM(0.005)));
+    }
+}
+
+#ifndef TAUPERP_FIXED
+static void test_columns_that_were_no_numbers_leave_nothing_behind(void) {
+    random_start(306);
+    any_columns(3u, 0.8);
+    const num_t before = column[1][2];
+    column[1][2] = (num_t)NAN;
+    step(3u, 0.05);
+    column[1][2] = before;
+    step(3u, 0.05);
+    step(3u, 0.05);
+    TEST_ASSERT_TRUE((soft.smallest > NUM(0)) && (soft.smallest < NUM(4)));
+}
+#endif
+
 /* Two columns at an angle that goes to zero and back: the rank drops to one and returns. */
 static void test_the_index_is_continuous_through_a_change_of_rank(void) {
     const double s = 0.005, force = 60.0;
@@ -188,6 +255,12 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_remainder_solves_the_normal_equations);
     RUN_TEST(test_the_first_columns_alone_give_their_own_projection);
+    RUN_TEST(test_columns_that_are_zero_explain_nothing);
+    RUN_TEST(test_the_smallest_singular_value_belongs_to_its_direction);
+    RUN_TEST(test_columns_that_depend_on_each_other_have_a_smallest_singular_value_of_nearly_zero);
+#ifndef TAUPERP_FIXED
+    RUN_TEST(test_columns_that_were_no_numbers_leave_nothing_behind);
+#endif
     RUN_TEST(test_the_index_is_continuous_through_a_change_of_rank);
     RUN_TEST(test_the_smallest_singular_value_is_followed);
     RUN_TEST(test_columns_of_zeros_at_the_end_are_ignored);

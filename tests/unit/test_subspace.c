@@ -194,8 +194,34 @@ static void test_the_sweeps_are_bounded_and_nearly_always_enough(void) {
     TEST_ASSERT_EQUAL(0, unconverged);
 }
 
+/* One column: its length is the singular value, and nothing along it is left. Columns behind it are not read. */
+static void test_a_column_of_any_size_is_explained(void) {
+    static const double sizes[] = {0.02, 0.5, 3.0, 6.0, 12.0, 20.0};
+    random_start(99);
+    for (uint32_t round = 0; round < 6u; ++round) {
+        num_t torque[ROBOT_MAX_JOINTS] = {NUM(0)}, rejected[ROBOT_MAX_JOINTS];
+        double square = 0.0, along = 0.0;
+        start();
+        for (uint32_t i = 0; i < 7u; ++i) {
+            column[0][i] = num_of(sizes[round] * ((i == 2u) ? 1.0 : random_one()));
+            column[1][i] = NUM(500);
+            torque[i] = num_of(30.0 * random_one());
+            square += value_of(column[0][i]) * value_of(column[0][i]);
+        }
+        subspace_measure(&subspace, 7u, 1u, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005), singular);
+        ASSERT_CLOSE(sqrt(square), value_of(singular[0]), 4e-7 + 4e-7 * sqrt(square));
+        TEST_ASSERT_EQUAL(1, subspace.rank);
+        subspace_reject(&subspace, torque, rejected);
+        for (uint32_t i = 0; i < 7u; ++i) {
+            along += value_of(column[0][i]) * value_of(rejected[i]) / sqrt(square);
+        }
+        ASSERT_CLOSE(0.0, along, 5e-5);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_column_of_any_size_is_explained);
     RUN_TEST(test_full_rank_leaves_the_complement);
     RUN_TEST(test_the_tolerance_decides_which_directions_count);
     RUN_TEST(test_a_direction_just_above_the_tolerance_is_explained_and_one_just_below_is_not);
