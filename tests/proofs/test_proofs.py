@@ -39,6 +39,14 @@ def planted(folder: Path, file: str, old: str, new: str) -> Path:
         ("guard/guard_rise.c", "i < joints;", "i <= joints;", "proof_rise", "bound"),
         ("guard/crc32.c", "crc & 0x0Fu];\n    }", "crc & 0x1Fu];\n    }", "proof_crc32", "bound"),
         ("guard/snapshot.c", "self->taken = true;", "", "proof_snapshot", "evaluated once"),
+        (
+            "core/soft.c",
+            "x[i] = from[i];\n        along",
+            "x[i] = from[i + 1u];\n        along",
+            "proof_soft_reflect",
+            "bound",
+        ),
+        ("core/bidiagonal.c", "4u);", "2u);", "proof_bidiagonal_negligible", "overflow"),
         ("guard/config_tasks.c", "; t < (uint32_t)TASK_COUNT;", "; t <= (uint32_t)TASK_COUNT;", "proof_tasks", "row"),
     ],
 )
