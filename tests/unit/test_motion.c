@@ -87,6 +87,9 @@ static void test_an_offset_of_one_metre_along_any_axis_counts(void) {
             ASSERT_CLOSE(value_of(near.jacobian[row][0]), value_of(motion.jacobian[row][0]), 1e-5);
         }
         ASSERT_CLOSE(value_of(near.momentum[0]), value_of(motion.momentum[0]), 1e-3);
+        ASSERT_CLOSE(value_of(near.tip.x), value_of(motion.tip.x), 1e-5);
+        ASSERT_CLOSE(value_of(near.tip.y), value_of(motion.tip.y), 1e-5);
+        ASSERT_CLOSE(value_of(near.tip.z), value_of(motion.tip.z), 1e-5);
     }
 }
 
