@@ -55,6 +55,23 @@ static void test_a_vector_of_any_size_is_mapped_onto_its_axis(void) {
     }
 }
 
+static void test_a_reflection_maps_its_own_vector_onto_the_axis(void) {
+    num_t u[REFLECTOR_ROWS];
+    num_t image_of[REFLECTOR_ROWS];
+    random_start(78);
+    for (uint32_t i = 0; i < REFLECTOR_ROWS; ++i) {
+        x[i] = num_of(random_one());
+        u[i] = x[i];
+        image_of[i] = NUM(7);
+    }
+    const num_t image = reflector_make(u, 1u, REFLECTOR_ROWS, &saturations);
+    reflector_apply(u, x, image_of, 1u, &saturations);
+    TEST_ASSERT_TRUE(image_of[0] == NUM(7));
+    for (uint32_t i = 1; i < REFLECTOR_ROWS; ++i) {
+        ASSERT_CLOSE((i == 1u) ? value_of(image) : 0.0, value_of(image_of[i]), 4e-6);
+    }
+}
+
 /* The largest entry may be in any place. */
 static void test_one_large_entry_among_small_ones(void) {
     for (uint32_t place = 0; place < END; ++place) {
@@ -76,6 +93,7 @@ static void test_zero_has_no_reflection(void) {
 
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_reflection_maps_its_own_vector_onto_the_axis);
     RUN_TEST(test_a_vector_of_any_size_is_mapped_onto_its_axis);
     RUN_TEST(test_one_large_entry_among_small_ones);
     RUN_TEST(test_zero_has_no_reflection);
