@@ -167,7 +167,6 @@ void bidiagonal_diagonalise(bidiagonal_t *self, num_t tolerance, bool all, bidia
             path->done = (path->open_rows == 0u) ||
                          (!all && short_inverse(self, path->open_rows, tolerance, &path->ratio, saturations));
         } else {
-            /* Uncovered in float: 1 branch, 1 condition. No matrix of float32 is known that loses its shift. */
             const bool shifted = through && wants_shift(self, block, path->sweeps, saturations);
             const num_wide_t shift = shifted ? shift_of(self, block) : num_widen(NUM(0));
             through = sweep(self, path, block, shift, shifted, negligible, saturations);
