@@ -83,6 +83,20 @@ static void test_one_large_entry_among_small_ones(void) {
     }
 }
 
+static void test_the_reflection_maps_its_vector_onto_the_axis(void) {
+    num_t before[ROBOT_MAX_JOINTS], after[ROBOT_MAX_JOINTS];
+    random_start(78);
+    for (uint32_t i = 0; i < ROBOT_MAX_JOINTS; ++i) {
+        x[i] = num_of(3.0 * random_one());
+        before[i] = x[i];
+    }
+    const double image = value_of(reflector_make(x, 0u, REFLECTOR_ROWS, &saturations));
+    reflector_apply(x, before, after, 0u, &saturations);
+    for (uint32_t i = 0; i < REFLECTOR_ROWS; ++i) {
+        ASSERT_CLOSE((i == 0u) ? image : 0.0, value_of(after[i]), 2e-5);
+    }
+}
+
 static void test_zero_has_no_reflection(void) {
     memset(x, 0, sizeof(x));
     TEST_ASSERT_TRUE(reflector_make(x, 0u, END, &saturations) == NUM(0));
@@ -96,6 +110,7 @@ int main(void) {
     RUN_TEST(test_a_reflection_maps_its_own_vector_onto_the_axis);
     RUN_TEST(test_a_vector_of_any_size_is_mapped_onto_its_axis);
     RUN_TEST(test_one_large_entry_among_small_ones);
+    RUN_TEST(test_the_reflection_maps_its_vector_onto_the_axis);
     RUN_TEST(test_zero_has_no_reflection);
     return UNITY_END();
 }
