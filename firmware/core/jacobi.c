@@ -1,11 +1,13 @@
 #include "jacobi.h"
 
+#include "square.h"
+
 enum { ROWS = ROBOT_JOINTS, COLUMNS = SUBSPACE_MAX_COLUMNS };
 
-#define ORTHOGONAL_BITS 21u /* a pair this close to a right angle is left alone */
+#define ORTHOGONAL_BITS 16u /* a pair this close to a right angle is left alone */
 #define CONVERGED_BITS  10u
-/* Of a square, relative to the largest: below the first a column is zero but for rounding, and has no direction. Below
- * the second rounding keeps it from CONVERGED_BITS; such a direction is below every tolerance. */
+/* Of a square, relative to the largest of them and of the bound: below the first a column is zero but for rounding, and
+ * has no direction. Below the second rounding keeps it from CONVERGED_BITS; such a direction explains nothing. */
 #define NEGLIGIBLE_BITS 42u
 #define WEAK_BITS       20u
 
@@ -13,9 +15,9 @@ void jacobi_init(jacobi_t *self) {
     *self = (jacobi_t){0};
 }
 
-/* Multiplies A by 2^headroom (num.h), into `direction`. */
-static int32_t take_columns(jacobi_t *self, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS]) {
-    num_t size = NUM(0);
+/* Multiplies A by 2^headroom (num.h), into `direction`. `bound` has that headroom, too. */
+static int32_t take_columns(jacobi_t *self, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t bound) {
+    num_t size = bound;
     for (uint32_t c = 0; c < k; ++c) {
         for (uint32_t i = 0; i < (uint32_t)ROWS; ++i) {
             size = num_max(size, num_abs(column[c][i]));
@@ -38,45 +40,68 @@ static num_wide_t inner(const num_t x[], const num_t y[]) {
     return sum;
 }
 
-/* The longer column comes first: so the sweeps sort them, and fewer are enough. */
-static void rotate(num_rotation_t by, bool in_order, num_t x[], num_t y[]) {
+/* x' = a x + b y, y' = c x + d y. */
+NUM_STEP void turn(num_unit_t a, num_unit_t b, num_unit_t c, num_unit_t d, num_t x[], num_t y[]) {
     for (uint32_t i = 0; i < (uint32_t)ROWS; ++i) {
-        const num_t first = num_unit_turned(by.cos, by.sin, x[i], y[i]);
-        const num_t second = num_unit_turned(by.cos, -by.sin, y[i], x[i]);
-        x[i] = in_order ? first : second;
-        y[i] = in_order ? second : first;
+        const num_t first = x[i];
+        const num_t second = y[i];
+        x[i] = num_unit_turned(a, b, first, second);
+        y[i] = num_unit_turned(c, d, first, second);
     }
 }
 
-static num_wide_t largest_square(const jacobi_t *self, uint32_t k) {
-    num_wide_t largest = num_widen(NUM(0));
+/* Makes columns p and q orthogonal. The longer one comes first: so the sweeps sort them, and fewer are enough. `swap`:
+ * column q is the longer one. */
+static void rotate(jacobi_t *self, square_t square[], uint32_t p, uint32_t q, num_wide_t along, bool swap) {
+    num_t *const x = self->direction[p];
+    num_t *const y = self->direction[q];
+    square_t longer = swap ? square[q] : square[p];
+    square_t shorter = swap ? square[p] : square[q];
+    const num_rotation_t by = square_orthogonalise(&longer, &shorter, along);
+    if (swap) {
+        turn(by.sin, by.cos, by.cos, -by.sin, x, y);
+    } else {
+        turn(by.cos, by.sin, -by.sin, by.cos, x, y);
+    }
+    square[p] = longer;
+    square[q] = shorter;
+}
+
+/* What a sweep found before its rotations. A swap leaves pairs that this sweep does not see. */
+typedef struct {
+    bool settled; /* every pair was orthogonal to CONVERGED_BITS, and none was swapped */
+    bool close;   /* the same, but for directions too weak to become orthogonal */
+} found_t;
+
+/* One rotation per pair that is not orthogonal. Columns far shorter than `bound` explain nothing. */
+static found_t sweep(jacobi_t *self, uint32_t k, num_t bound) {
+    square_t square[COLUMNS];
+    square_size_t largest = square_size(square_of(num_wide(bound, bound)));
+    found_t found = {.settled = true, .close = true};
     for (uint32_t c = 0; c < k; ++c) {
-        const num_wide_t square = inner(self->direction[c], self->direction[c]);
-        largest = (square > largest) ? square : largest;
+        square[c] = square_of(inner(self->direction[c], self->direction[c]));
+        largest = (square_size(square[c]) > largest) ? square_size(square[c]) : largest;
     }
-    return largest;
-}
-
-/* True if every pair was orthogonal to CONVERGED_BITS before its rotation. */
-static bool sweep(jacobi_t *self, uint32_t k, num_wide_t largest) {
-    const num_wide_t nothing = num_wide_share(largest, NEGLIGIBLE_BITS);
-    const num_wide_t weak = num_wide_share(largest, WEAK_BITS);
-    bool close = true;
+    const square_size_t nothing = square_share(largest, NEGLIGIBLE_BITS);
+    const square_size_t weak = square_share(largest, WEAK_BITS);
     for (uint32_t p = 0; p < k; ++p) {
         for (uint32_t q = p + 1u; q < k; ++q) {
-            num_t *const x = self->direction[p];
-            num_t *const y = self->direction[q];
-            const num_wide_t first = inner(x, x);
-            const num_wide_t second = inner(y, y);
-            const num_wide_t along = inner(x, y);
-            const num_wide_t shorter = (first < second) ? first : second;
-            if ((shorter > nothing) && !num_is_orthogonal(along, first, second, ORTHOGONAL_BITS)) {
-                close = close && ((shorter <= weak) || num_is_orthogonal(along, first, second, CONVERGED_BITS));
-                rotate(num_symmetric_rotation(first, second, along), first >= second, x, y);
+            const square_size_t first = square_size(square[p]);
+            const square_size_t second = square_size(square[q]);
+            const square_size_t shorter = (first < second) ? first : second;
+            if (shorter > nothing) {
+                const num_wide_t along = inner(self->direction[p], self->direction[q]);
+                if (!square_is_orthogonal(along, square[p], square[q], ORTHOGONAL_BITS)) {
+                    const bool swap = square_is_longer(square[q], square[p]);
+                    const bool near = !swap && square_is_orthogonal(along, square[p], square[q], CONVERGED_BITS);
+                    found.settled = found.settled && near;
+                    found.close = found.close && (near || (shorter <= weak));
+                    rotate(self, square, p, q, along, swap);
+                }
             }
         }
     }
-    return close;
+    return found;
 }
 
 static bool made_of_numbers(const num_wide_t square[], uint32_t k) {
@@ -110,20 +135,20 @@ static void scale(num_t x[], num_inverse_t inverse, uint32_t *saturations) {
 /* Directions are explained above `tolerance`, of which each loses its s^2 / (sigma^2 + s^2). */
 static void decompose(jacobi_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t tolerance,
                       num_t s) {
-    uint32_t held = 0; /* saturations at values above any singular value: ignored */
-    const int32_t headroom = take_columns(self, k, column);
-    const num_t limit = num_shift(tolerance, headroom, &held);
-    const num_t soft = num_shift(s, headroom, &held);
-    const num_wide_t largest = largest_square(self, k);
+    const int32_t headroom = take_columns(self, k, column, num_max(tolerance, s));
+    const num_t limit = num_shift(tolerance, headroom, &self->saturations);
+    const num_t soft = num_shift(s, headroom, &self->saturations);
     num_wide_t square[COLUMNS];
+    found_t found = {.settled = false, .close = false};
     self->columns = k;
     self->directions = (n < k) ? n : k;
-    self->converged = true;
     self->smallest = NUM(0);
     self->rank = 0;
-    for (uint32_t turn = 0; turn < JACOBI_SWEEPS; ++turn) {
-        self->converged = sweep(self, k, largest);
+    /* Uncovered in float: 1 branch, 1 condition. No matrix of floats is known that needs all sweeps. */
+    for (uint32_t sweeps = 0; (sweeps < JACOBI_SWEEPS) && !found.settled; ++sweeps) {
+        found = sweep(self, k, num_max(limit, soft));
     }
+    self->converged = found.close;
     for (uint32_t c = 0; c < k; ++c) {
         square[c] = inner(self->direction[c], self->direction[c]);
     }

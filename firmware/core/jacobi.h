@@ -3,8 +3,9 @@
  * The second channel's own algorithm: it shares no code with subspace.h and soft.h, so that a mistake in either shows
  * as a difference of the two channels.
  *
- * Rotations of two columns of A make them orthogonal, pair by pair, in JACOBI_SWEEPS sweeps over all pairs. A pair that
- * is orthogonal to 2^-21 is left as it is. Then A V = U diag(sigma): the columns' lengths are the singular values,
+ * Rotations of two columns of A make them orthogonal, pair by pair, in at most JACOBI_SWEEPS sweeps over all pairs. A
+ * pair that is orthogonal to 2^-16 is left as it is. A sweep is the last one if it found every pair orthogonal to
+ * 2^-10, because its rotations square that. Then A V = U diag(sigma): the columns' lengths are the singular values,
  * their directions the left singular vectors. With v_i = sigma_i u_i / sqrt(sigma_i^2 + s^2) d = tau - sum v_i (v_i .
  * tau) is the soft projector (soft.h). With s = 0, over the directions above the tolerance alone, it is the hard one
  * (subspace.h), by the same rule of rank.
@@ -27,7 +28,7 @@ typedef struct {
     uint32_t columns;
     uint32_t directions; /* min(n, k) */
     uint32_t rank;       /* hard: directions above the tolerance; soft: singular values above s */
-    bool converged;      /* every pair was orthogonal to 2^-10 before the last sweep, which squares that */
+    bool converged;      /* the last sweep found every pair orthogonal to 2^-10, but for directions too weak for that */
     uint32_t saturations;
 } jacobi_t;
 

@@ -50,11 +50,15 @@ static inline num_t num_from_int(int32_t a) {
 }
 
 static inline num_t num_add(num_t a, num_t b, uint32_t *saturations) {
-    return num_saturated((int64_t)a + b, saturations);
+    num_t sum = 0;
+    const bool fits = !__builtin_add_overflow(a, b, &sum) && (sum >= -INT32_MAX);
+    return fits ? sum : num_saturated((int64_t)a + b, saturations);
 }
 
 static inline num_t num_subtract(num_t a, num_t b, uint32_t *saturations) {
-    return num_saturated((int64_t)a - b, saturations);
+    num_t difference = 0;
+    const bool fits = !__builtin_sub_overflow(a, b, &difference) && (difference >= -INT32_MAX);
+    return fits ? difference : num_saturated((int64_t)a - b, saturations);
 }
 
 static inline num_wide_t num_wide(num_t a, num_t b) {
@@ -64,7 +68,8 @@ static inline num_wide_t num_widen(num_t a) {
     return (int64_t)a * 4194304;
 }
 
-static inline num_t num_narrow_within(num_wide_t a, num_t most, uint32_t *saturations) {
+/* Any number, to within +-most. */
+NUM_STEP num_t num_narrow_within(num_wide_t a, num_t most, uint32_t *saturations) {
     const int64_t limit = (int64_t)most * 4194304;
     if ((a > limit) || (a < -limit)) {
         ++*saturations;
@@ -74,10 +79,18 @@ static inline num_t num_narrow_within(num_wide_t a, num_t most, uint32_t *satura
 }
 
 static inline num_t num_narrow(num_wide_t a, uint32_t *saturations) {
+    const uint32_t high = (uint32_t)((uint64_t)a >> 32);
+    if ((high + 1048576u) < 2097152u) { /* a is in -2^52 to 2^52: the result is within +-256 */
+        return (num_t)num_rounded(a, NUM_FRACTION);
+    }
     return num_narrow_within(a, INT32_MAX, saturations);
 }
 
 static inline num_t num_narrow_factor(num_wide_t a, uint32_t *saturations) {
+    const uint32_t high = (uint32_t)((uint64_t)a >> 32);
+    if ((high + 131072u) < 262144u) { /* a is in -2^49 to 2^49: the result is within +-32 */
+        return (num_t)num_rounded(a, NUM_FRACTION);
+    }
     return num_narrow_within(a, NUM_FACTOR_MAX, saturations);
 }
 
@@ -107,7 +120,7 @@ static inline num_t num_div(num_t a, num_t b, uint32_t *saturations) {
 
 /* 2^30 / sqrt(x / 2^32) for x from 2^30 on: the result is 2^30 to 2^31, error 3e-9. Newton's y <- y (3 - x y^2) / 2
  * from the best straight line: error 8.6 %, then 1e-2, 2e-4, 5e-8, and rounding. */
-static inline uint32_t num_newton(uint32_t x) {
+NUM_STEP uint32_t num_newton(uint32_t x) {
     uint32_t y = 2290076544u - (uint32_t)(((uint64_t)x * 1308569208u) >> 32);
     for (uint32_t i = 0; i < 4u; ++i) {
         const uint32_t square = (uint32_t)(((uint64_t)y * y) >> 31);       /* Q29 */
@@ -276,33 +289,6 @@ static inline num_wide_t num_smaller_eigenvalue(num_wide_t a, num_wide_t c, num_
 /* a / 2^bits, rounded down. Precondition: a is not negative; bits below 63. */
 static inline num_wide_t num_wide_share(num_wide_t a, uint32_t bits) {
     return (num_wide_t)((uint64_t)a >> bits);
-}
-
-/* |along| <= 2^-bits sqrt(first second), to 31 bits of the larger square. Preconditions: |along| is at most that root
- * but for rounding, squares below 2^62; bits below 31. */
-static inline bool num_is_orthogonal(num_wide_t along, num_wide_t first, num_wide_t second, uint32_t bits) {
-    const uint64_t largest = (uint64_t)((first > second) ? first : second);
-    const int32_t excess = 33 - __builtin_clzll(largest | 1u); /* bits above 31 */
-    const uint32_t right = (excess > 0) ? (uint32_t)excess : 0u;
-    const uint64_t part = num_wide_size(along) >> right;
-    const uint64_t product = ((uint64_t)first >> right) * ((uint64_t)second >> right);
-    return ((part >> 31) == 0u) && ((part * part) <= (product >> (2u * bits)));
-}
-
-/* The rotation by at most an eighth of a turn that makes two vectors with these squares and inner product orthogonal,
- * by half the angle of (difference of the squares, twice the inner product); without its length. */
-static inline num_rotation_t num_symmetric_rotation(num_wide_t first, num_wide_t second, num_wide_t along) {
-    const uint64_t twice = 2u * num_wide_size(along);
-    if (twice == 0u) {
-        return (num_rotation_t){.cos = 1073741824, .sin = 0, .length = 0};
-    }
-    const num_double_angle_t angle = num_double_angle(num_wide_size(first - second), twice);
-    const uint32_t most = 1073741823u; /* so that twice one plus the cosine fits into 32 bits */
-    const uint32_t half = 2u * (1073741824u + ((angle.cos < most) ? angle.cos : most)); /* cosine^2 in Q32 */
-    const uint32_t reciprocal = num_newton(half);                                       /* 1 / cosine in Q30 */
-    const int32_t cosine = (int32_t)(((uint64_t)half * reciprocal) >> 32);
-    const int32_t sine = (int32_t)(((uint64_t)angle.sin * reciprocal) >> 31);
-    return (num_rotation_t){.cos = cosine, .sin = ((first < second) != (along < 0)) ? -sine : sine, .length = 0};
 }
 
 static inline bool num_wide_finite(num_wide_t a) {

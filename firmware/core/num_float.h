@@ -165,28 +165,6 @@ static inline num_wide_t num_wide_share(num_wide_t a, uint32_t bits) {
     return a / (float)((uint64_t)1 << bits);
 }
 
-/* |along| <= 2^-bits sqrt(first second). Squares below 1e-16 count as zero: the products of such may have no exact
- * float. */
-static inline bool num_is_orthogonal(num_wide_t along, num_wide_t first, num_wide_t second, uint32_t bits) {
-    const float share = 1.0f / (float)((uint32_t)1 << bits);
-    return (first <= 1e-16f) || (second <= 1e-16f) ||
-           (__builtin_fabsf(along) <= (share * num_float_root(first) * num_float_root(second)));
-}
-
-/* The rotation by at most an eighth of a turn that makes two vectors with these squares and inner product orthogonal;
- * without its length. */
-static inline num_rotation_t num_symmetric_rotation(num_wide_t first, num_wide_t second, num_wide_t along) {
-    const float difference = first - second;
-    const float twice = along + along;
-    const float length = num_float_root(difference * difference + twice * twice);
-    if (!(length > 0.0f)) {
-        return (num_rotation_t){.cos = 1.0f, .sin = 0.0f, .length = 0.0f};
-    }
-    const float cosine = num_float_root(0.5f + 0.5f * (__builtin_fabsf(difference) / length));
-    const float sine = (0.5f * ((difference < 0.0f) ? -twice : twice) / length) / cosine;
-    return (num_rotation_t){.cos = cosine, .sin = sine, .length = 0.0f};
-}
-
 static inline bool num_wide_finite(num_wide_t a) {
     return (a - a) == 0.0f;
 }

@@ -34,6 +34,9 @@ void proof_num_narrow(void) {
     int64_t a;
     uint32_t saturations;
     is_number(num_narrow(a, &saturations));
+    uint32_t once = 0, again = 0;
+    const num_t fast = num_narrow(a, &once);
+    HOLDS((fast == num_narrow_within(a, INT32_MAX, &again)) && (once == again), "the short way has the same result");
     is_number(num_saturated(a, &saturations));
     REACHED;
 }
@@ -47,6 +50,10 @@ void proof_num_factor(void) {
     num_t a;
     uint32_t saturations;
     HOLDS(is_factor(num_narrow_factor(sum, &saturations)), "below 64");
+    uint32_t once = 0, again = 0;
+    const num_t fast = num_narrow_factor(sum, &once);
+    HOLDS((fast == num_narrow_within(sum, NUM_FACTOR_MAX, &again)) && (once == again),
+          "the short way has the same result");
     HOLDS(is_factor(num_factor(a, &saturations)), "below 64");
     REACHED;
 }
@@ -142,7 +149,7 @@ void proof_num_root(void) {
     REACHED;
 }
 
-/* Cosine and sine below 2 in Q30, which the next two need. */
+/* Cosine and sine below 2 in Q30, which the next one needs. */
 static const uint32_t two = 1u << 31;
 
 /* `across` is scaled down, or up without a loss. */
@@ -179,13 +186,6 @@ void proof_num_smaller_eigenvalue(void) {
     ASSUME((a >= 0) && (c >= 0) && (b > -most) && (b < most));
     const int64_t value = num_smaller_eigenvalue(a, c, b);
     HOLDS((value >= 0) && (value <= ((a < c) ? a : c)), "not negative, and not above the smaller entry");
-    REACHED;
-}
-
-void proof_num_symmetric_rotation(void) {
-    int64_t first, second, along;
-    ASSUME((first >= 0) && (second >= 0) && (along > -((int64_t)1 << 62)) && (along < ((int64_t)1 << 62)));
-    (void)num_symmetric_rotation(first, second, along);
     REACHED;
 }
 
@@ -258,16 +258,6 @@ void proof_num_wide_parts(void) {
     (void)num_wide_share(a, bits);
     (void)num_wide_size(a);
     HOLDS(num_wide_finite(a), "a fixed-point sum is finite");
-    REACHED;
-}
-
-void proof_num_is_orthogonal(void) {
-    int64_t along, first, second;
-    uint32_t bits;
-    const int64_t limit = (int64_t)1 << 62;
-    ASSUME((bits < 31u) && (first >= 0) && (first < limit) && (second >= 0) && (second < limit));
-    ASSUME((along > -limit) && (along < limit));
-    (void)num_is_orthogonal(along, first, second, bits);
     REACHED;
 }
 

@@ -140,20 +140,6 @@ static void test_an_excess_that_lasts_for_ever_stays_tripped(void) {
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, explained.above);
 }
 
-static void test_an_inner_product_larger_than_its_vectors_is_not_orthogonal(void) {
-    const num_wide_t square = IF_FIXED(0x7FFFFFFF, 1.0f); /* in fixed point 31 bits: nothing is shifted out */
-    TEST_ASSERT_TRUE(num_is_orthogonal(0, square, square, 20u));
-    TEST_ASSERT_TRUE(num_is_orthogonal(0, square * 1024, square, 20u));
-    TEST_ASSERT_FALSE(num_is_orthogonal(square + 1, square, square, 20u)); /* by rounding */
-    TEST_ASSERT_FALSE(num_is_orthogonal(square / 2, square, square, 20u));
-}
-
-static void test_vectors_at_right_angles_need_no_rotation(void) {
-    const num_rotation_t rotation = num_symmetric_rotation(5000, 3000, 0);
-    TEST_ASSERT_TRUE(rotation.cos == IF_FIXED(1073741824, 1.0f));
-    TEST_ASSERT_TRUE(rotation.sin == 0);
-}
-
 static void test_a_shifted_rotation_of_a_row_that_begins_with_zero_is_none(void) {
     const num_rotation_t rotation = num_shifted_rotation(NUM(0), NUM(2), num_wide(NUM(1), NUM(1)), &saturations);
     TEST_ASSERT_TRUE(rotation.sin == 0);
@@ -271,8 +257,6 @@ int main(void) {
     RUN_TEST(test_a_regressor_starts_again_after_a_gap_that_it_cannot_bridge);
     RUN_TEST(test_a_link_that_does_not_exist_is_the_first_one);
     RUN_TEST(test_an_excess_that_lasts_for_ever_stays_tripped);
-    RUN_TEST(test_an_inner_product_larger_than_its_vectors_is_not_orthogonal);
-    RUN_TEST(test_vectors_at_right_angles_need_no_rotation);
     RUN_TEST(test_a_shifted_rotation_of_a_row_that_begins_with_zero_is_none);
     RUN_TEST(test_channels_beyond_the_last_one_are_not_used);
     RUN_TEST(test_a_joint_moves_the_same_whatever_shortcut_its_twist_and_offset_allow);

@@ -17,13 +17,15 @@ void tearDown(void) {
     TEST_ASSERT_EQUAL(0, jacobi.saturations);
 }
 
-/* Columns of sizes over one and a half decades; every fifth matrix gives its first column twice. */
+/* Columns of sizes over one and a half decades; every fifth matrix gives its first column twice, and every seventh has
+ * zeros in half of its places. */
 static void draw(int round, uint32_t n, uint32_t k) {
     memset(column, 0, sizeof(column));
     for (uint32_t c = 0; c < k; ++c) {
         const double size = (round % 3 == 0) ? 1.0 : pow(10.0, 0.75 * (random_one() - 1.0));
         for (uint32_t i = 0; i < n; ++i) {
-            column[c][i] = num_of(size * random_one());
+            const bool zero = (round % 7 == 0) && (random_one() > 0.0);
+            column[c][i] = zero ? NUM(0) : num_of(size * random_one());
         }
     }
     if ((round % 5 == 0) && (k > 1u)) {
@@ -120,6 +122,28 @@ static void test_a_direction_just_above_the_tolerance_is_explained_and_one_just_
     ASSERT_CLOSE(1.0, value_of(tau[5]), 1e-6);
 }
 
+/* The second pair of the first sweep changes places, so this sweep never sees the first column beside the longest. */
+static void test_a_pair_that_changes_places_is_not_forgotten(void) {
+    static const double values[3][N] = {{-0.002, 0, 0, -0.3363, 0, 0, 0.2405},
+                                        {-0.03577, -0.17295, 0.12769, 0, 0, 0.18349, 0},
+                                        {0, 0.88969, -0.28339, 0, 0, 0, 0}};
+    soft_t other;
+    num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(-2), NUM(3), NUM(4), NUM(-5), NUM(6), NUM(7)};
+    num_t own[ROBOT_MAX_JOINTS], others[ROBOT_MAX_JOINTS];
+    for (uint32_t c = 0; c < 3u; ++c) {
+        for (uint32_t i = 0; i < N; ++i) {
+            column[c][i] = num_of(values[c][i]);
+        }
+    }
+    soft_init(&other);
+    soft_step(&other, 3, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
+    soft_reject(&other, tau, others, 0u, others);
+    jacobi_soft(&jacobi, N, 3, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
+    jacobi_reject(&jacobi, tau, own);
+    TEST_ASSERT_TRUE(jacobi.converged);
+    ASSERT_CLOSE(0.0, largest_difference(own, others), 1e-4);
+}
+
 static void test_more_columns_than_joints_explain_everything(void) {
     random_start(53);
     for (uint32_t n = 1; n < K; ++n) {
@@ -157,6 +181,16 @@ static void test_zero_and_vanishing_columns_explain_nothing(void) {
     TEST_ASSERT_TRUE(jacobi.smallest == NUM(0));
 }
 
+/* 0.4 percent would be gone if s were held at the end of the scaled range. */
+static void test_a_column_far_below_s_explains_nothing(void) {
+    num_t tau[ROBOT_MAX_JOINTS] = {NUM(100)}, rest[ROBOT_MAX_JOINTS];
+    column[0][0] = NUM(1e-5);
+    jacobi_soft(&jacobi, N, 1, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
+    jacobi_reject(&jacobi, tau, rest);
+    TEST_ASSERT_TRUE(jacobi.converged);
+    ASSERT_CLOSE(100.0, value_of(rest[0]), 1e-4);
+}
+
 static void test_values_that_are_not_numbers_explain_nothing(void) {
 #ifdef TAUPERP_FIXED
     TEST_PASS_MESSAGE("every bit pattern is a number here");
@@ -183,8 +217,10 @@ int main(void) {
     RUN_TEST(test_the_soft_projector_agrees_with_that_of_the_reflections);
     RUN_TEST(test_the_singular_values_are_those_of_a_known_matrix_in_order);
     RUN_TEST(test_a_direction_just_above_the_tolerance_is_explained_and_one_just_below_is_not);
+    RUN_TEST(test_a_pair_that_changes_places_is_not_forgotten);
     RUN_TEST(test_more_columns_than_joints_explain_everything);
     RUN_TEST(test_zero_and_vanishing_columns_explain_nothing);
+    RUN_TEST(test_a_column_far_below_s_explains_nothing);
     RUN_TEST(test_values_that_are_not_numbers_explain_nothing);
     return UNITY_END();
 }

@@ -149,8 +149,10 @@ static void test_columns_that_depend_on_each_other_have_a_smallest_singular_valu
     }
 }
 
-#ifndef TAUPERP_FIXED
 static void test_columns_that_were_no_numbers_leave_nothing_behind(void) {
+#ifdef TAUPERP_FIXED
+    TEST_PASS_MESSAGE("every bit pattern is a number here");
+#else
     random_start(306);
     any_columns(3u, 0.8);
     const num_t before = column[1][2];
@@ -160,8 +162,8 @@ static void test_columns_that_were_no_numbers_leave_nothing_behind(void) {
     step(3u, 0.05);
     step(3u, 0.05);
     TEST_ASSERT_TRUE((soft.smallest > NUM(0)) && (soft.smallest < NUM(4)));
-}
 #endif
+}
 
 /* Two columns at an angle that goes to zero and back: the rank drops to one and returns. */
 static void test_the_index_is_continuous_through_a_change_of_rank(void) {
@@ -258,9 +260,7 @@ int main(void) {
     RUN_TEST(test_columns_that_are_zero_explain_nothing);
     RUN_TEST(test_the_smallest_singular_value_belongs_to_its_direction);
     RUN_TEST(test_columns_that_depend_on_each_other_have_a_smallest_singular_value_of_nearly_zero);
-#ifndef TAUPERP_FIXED
     RUN_TEST(test_columns_that_were_no_numbers_leave_nothing_behind);
-#endif
     RUN_TEST(test_the_index_is_continuous_through_a_change_of_rank);
     RUN_TEST(test_the_smallest_singular_value_is_followed);
     RUN_TEST(test_columns_of_zeros_at_the_end_are_ignored);
