@@ -9,7 +9,7 @@
  * below 31. In Q9.22 it may be false from a quarter of that on.
  *
  * square_orthogonalise returns the rotation by at most an eighth of a turn after which two vectors are orthogonal, by
- * half the angle of (difference of the squares, twice the inner product `along`), without its length. Both squares
+ * half the angle of (difference of the squares, twice the inner product `along`); its length is 0. Both squares
  * follow it, to 2e-4 of the longer one. Precondition: the first square is not the shorter one.
  */
 #ifndef TAUPERP_SQUARE_H

@@ -122,6 +122,60 @@ static void test_a_direction_just_above_the_tolerance_is_explained_and_one_just_
     ASSERT_CLOSE(1.0, value_of(tau[5]), 1e-6);
 }
 
+static void test_a_singular_value_of_exactly_the_bound_does_not_count(void) {
+    num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(1), NUM(1), NUM(1), NUM(1), NUM(1)};
+    column[0][1] = NUM(1);
+    column[1][3] = NUM(0.005);
+    jacobi_soft(&jacobi, N, 2, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+    TEST_ASSERT_EQUAL(1, jacobi.rank);
+    jacobi_hard(&jacobi, N, 2, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+    TEST_ASSERT_EQUAL(1, jacobi.rank);
+    jacobi_reject(&jacobi, tau, tau);
+    TEST_ASSERT_TRUE(tau[3] == NUM(1));
+}
+
+static void take(const double values[][N], uint32_t k) {
+    for (uint32_t c = 0; c < k; ++c) {
+        for (uint32_t i = 0; i < N; ++i) {
+            column[c][i] = num_of(values[c][i]);
+        }
+    }
+}
+
+static void assert_agrees_with_that_of_golub_and_kahan(uint32_t k) {
+    subspace_t other;
+    num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(-2), NUM(3), NUM(4), NUM(-5), NUM(6), NUM(7)};
+    num_t own[ROBOT_MAX_JOINTS], others[ROBOT_MAX_JOINTS];
+    subspace_init(&other);
+    subspace_step(&other, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+    subspace_reject(&other, tau, others);
+    jacobi_hard(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+    jacobi_reject(&jacobi, tau, own);
+    TEST_ASSERT_TRUE(jacobi.converged);
+    TEST_ASSERT_EQUAL(other.rank, jacobi.rank);
+    ASSERT_CLOSE(0.0, largest_difference(own, others), 1e-4);
+}
+
+/* Rounding keeps the first two columns from 2^-16 of a right angle, so that every sweep turns them: 2^-10 is enough. */
+static void test_columns_that_stay_beside_a_right_angle_count_as_orthogonal(void) {
+    static const double values[3][N] = {{-0.00264, -0.00039, -0.00268, -0.00046, -0.00117, -0.00148, 0.00197},
+                                        {-0.00106, -0.00016, -0.00108, -0.00018, -0.00047, -0.00059, 0.00079},
+                                        {-0.00019, -0.00014, -0.00013, 0.00004, 0.00004, 0.00019, 0.0002}};
+    take(values, 3);
+    assert_agrees_with_that_of_golub_and_kahan(3);
+}
+
+/* In Q9.22 five sweeps leave a pair farther than 2^-10 from a right angle. */
+static void test_a_matrix_that_needs_every_sweep(void) {
+    static const double values[5][N] = {{0, 0.488673925, 0, 0, 0.092703104, 0, 0},
+                                        {0, 0, 0, 0, -0.779669285, 0, 0},
+                                        {-0.669700861, 0, -0.777369976, 0, 0, 0.482418299, 0},
+                                        {0, -0.265048504, 0.867970943, 0.0678517818, 0, 0, 0},
+                                        {-0.529821634, 0.845059633, 0.323350191, 0, 0, 0, 0.328633308}};
+    take(values, 5);
+    assert_agrees_with_that_of_golub_and_kahan(5);
+}
+
 /* The second pair of the first sweep changes places, so this sweep never sees the first column beside the longest. */
 static void test_a_pair_that_changes_places_is_not_forgotten(void) {
     static const double values[3][N] = {{-0.002, 0, 0, -0.3363, 0, 0, 0.2405},
@@ -130,11 +184,7 @@ static void test_a_pair_that_changes_places_is_not_forgotten(void) {
     soft_t other;
     num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(-2), NUM(3), NUM(4), NUM(-5), NUM(6), NUM(7)};
     num_t own[ROBOT_MAX_JOINTS], others[ROBOT_MAX_JOINTS];
-    for (uint32_t c = 0; c < 3u; ++c) {
-        for (uint32_t i = 0; i < N; ++i) {
-            column[c][i] = num_of(values[c][i]);
-        }
-    }
+    take(values, 3);
     soft_init(&other);
     soft_step(&other, 3, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
     soft_reject(&other, tau, others, 0u, others);
@@ -205,6 +255,7 @@ static void test_values_that_are_not_numbers_explain_nothing(void) {
         jacobi_hard(&jacobi, N, K, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
         TEST_ASSERT_FALSE(jacobi.converged);
         TEST_ASSERT_EQUAL(0, jacobi.rank);
+        TEST_ASSERT_TRUE(jacobi.smallest == NUM(0));
         jacobi_reject(&jacobi, tau, rest);
         TEST_ASSERT_EQUAL_MEMORY(tau, rest, sizeof(tau));
     }
@@ -217,6 +268,9 @@ int main(void) {
     RUN_TEST(test_the_soft_projector_agrees_with_that_of_the_reflections);
     RUN_TEST(test_the_singular_values_are_those_of_a_known_matrix_in_order);
     RUN_TEST(test_a_direction_just_above_the_tolerance_is_explained_and_one_just_below_is_not);
+    RUN_TEST(test_a_singular_value_of_exactly_the_bound_does_not_count);
+    RUN_TEST(test_columns_that_stay_beside_a_right_angle_count_as_orthogonal);
+    RUN_TEST(test_a_matrix_that_needs_every_sweep);
     RUN_TEST(test_a_pair_that_changes_places_is_not_forgotten);
     RUN_TEST(test_more_columns_than_joints_explain_everything);
     RUN_TEST(test_zero_and_vanishing_columns_explain_nothing);

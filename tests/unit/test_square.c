@@ -66,6 +66,21 @@ static void test_orthogonal_within_a_share_of_the_lengths(void) {
     }
     TEST_ASSERT_TRUE(square_is_orthogonal(wide_of(0.0), square_of(wide_of(1.0)), square_of(wide_of(1.0)), 21u));
     TEST_ASSERT_FALSE(square_is_orthogonal(wide_of(1.1), square_of(wide_of(1.0)), square_of(wide_of(1.0)), 0u));
+#ifndef TAUPERP_FIXED
+    TEST_ASSERT_TRUE(square_is_orthogonal(-0.0009765625f, 1.0f, 1.0f, 10u)); /* at most 2^-10 */
+#endif
+}
+
+/* Of two parallel vectors one is too short to have a direction. */
+static void test_a_square_without_an_exact_product_is_orthogonal_to_every_other(void) {
+#ifdef TAUPERP_FIXED
+    TEST_PASS_MESSAGE("every square has an exact product here");
+#else
+    TEST_ASSERT_TRUE(square_is_orthogonal(3e-7f, 9e-17f, 1e3f, 10u));
+    TEST_ASSERT_TRUE(square_is_orthogonal(3e-7f, 1e3f, 9e-17f, 10u));
+    TEST_ASSERT_FALSE(square_is_orthogonal(3e-7f, 2e-16f, 1e3f, 10u));
+    TEST_ASSERT_FALSE(square_is_orthogonal(3e-7f, 1e3f, 2e-16f, 10u));
+#endif
 }
 
 /* Vectors of lengths over four decades, at angles from a right one to 2^-14 beside it, and nearly parallel ones. */
@@ -83,6 +98,7 @@ static void test_the_rotation_makes_two_vectors_orthogonal(void) {
         const double c = unit_value(by.cos), s = unit_value(by.sin);
         const double left = (c * c - s * s) * along - c * s * (a - b); /* their inner product after the rotation */
         TEST_ASSERT_TRUE(fabs(s) <= (c + 1e-8));
+        TEST_ASSERT_TRUE(by.length == 0);
         TEST_ASSERT_TRUE((along > 0.0) == (s > 0.0));
         worst_left = fmax(worst_left, (fabs(left) - 4e-9 * a) / fabs(along));
         worst_length = fmax(worst_length, fabs(c * c + s * s - 1.0));
@@ -108,13 +124,27 @@ static void test_vectors_at_right_angles_need_no_rotation(void) {
 
 /* An eighth of a turn: one becomes zero, the other the diagonal. */
 static void test_two_equal_vectors_become_one(void) {
-    for (int sign = -1; sign <= 1; sign += 2) {
-        square_t longer = square_of(wide_of(2.0)), shorter = square_of(wide_of(2.0));
-        const num_rotation_t by = square_orthogonalise(&longer, &shorter, wide_of(2.0 * sign));
-        ASSERT_CLOSE(sqrt(0.5), unit_value(by.cos), 1e-7);
-        ASSERT_CLOSE(sign * sqrt(0.5), unit_value(by.sin), 1e-7);
-        ASSERT_CLOSE(4.0, square_value(longer), 1e-6);
-        ASSERT_CLOSE(0.0, square_value(shorter), 1e-6);
+    for (double size = 1.0; size < 4.0; size *= 1.01) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            square_t longer = square_of(wide_of(size)), shorter = square_of(wide_of(size));
+            const num_rotation_t by = square_orthogonalise(&longer, &shorter, wide_of(size * sign));
+            ASSERT_CLOSE(sqrt(0.5), unit_value(by.cos), 1e-7);
+            ASSERT_CLOSE(sign * sqrt(0.5), unit_value(by.sin), 1e-7);
+            ASSERT_CLOSE(2.0 * size, square_value(longer), 4e-6);
+            ASSERT_CLOSE(0.0, square_value(shorter), 4e-6);
+        }
+    }
+}
+
+/* The shorter one becomes zero, to the accuracy of a square, and never a large number by an underflow. */
+static void test_of_two_parallel_vectors_one_is_left(void) {
+    for (double a = 1.0; a < 4.0; a *= 1.07) {
+        for (double b = a; b > 1e-4; b *= 0.8) {
+            square_t longer = square_of(wide_of(a)), shorter = square_of(wide_of(b));
+            (void)square_orthogonalise(&longer, &shorter, wide_of(sqrt(a * b)));
+            ASSERT_CLOSE(a + b, square_value(longer), 3e-4 * a);
+            ASSERT_CLOSE(0.0, square_value(shorter), 3e-4 * a);
+        }
     }
 }
 
@@ -123,6 +153,7 @@ static void test_two_vectors_without_length_are_left_alone(void) {
     const num_rotation_t by = square_orthogonalise(&longer, &shorter, wide_of(0.0));
     TEST_ASSERT_TRUE(by.cos == IF_FIXED(1073741824, 1.0f));
     TEST_ASSERT_TRUE(by.sin == 0);
+    TEST_ASSERT_TRUE(by.length == 0);
 }
 
 static void test_an_inner_product_larger_than_its_vectors_counts_as_a_parallel_one(void) {
@@ -147,6 +178,10 @@ static void test_a_square_below_one_step_is_zero(void) {
     (void)square_orthogonalise(&longer, &shorter, 2);
     TEST_ASSERT_EQUAL(0, shorter.mantissa);
     TEST_ASSERT_EQUAL(0, shorter.bits);
+    longer = square_of(3), shorter = square_of(2);
+    (void)square_orthogonalise(&longer, &shorter, 1);
+    TEST_ASSERT_EQUAL(1, shorter.bits); /* one step and 0.38 */
+    ASSERT_CLOSE(1.382, square_value(shorter) * UNIT, 0.001);
 #else
     TEST_PASS_MESSAGE("a float has no limit here");
 #endif
@@ -157,9 +192,11 @@ int main(void) {
     RUN_TEST(test_a_square_keeps_its_highest_bits);
     RUN_TEST(test_sizes_and_lengths_compare_as_the_squares_do);
     RUN_TEST(test_orthogonal_within_a_share_of_the_lengths);
+    RUN_TEST(test_a_square_without_an_exact_product_is_orthogonal_to_every_other);
     RUN_TEST(test_the_rotation_makes_two_vectors_orthogonal);
     RUN_TEST(test_vectors_at_right_angles_need_no_rotation);
     RUN_TEST(test_two_equal_vectors_become_one);
+    RUN_TEST(test_of_two_parallel_vectors_one_is_left);
     RUN_TEST(test_two_vectors_without_length_are_left_alone);
     RUN_TEST(test_an_inner_product_larger_than_its_vectors_counts_as_a_parallel_one);
     RUN_TEST(test_a_square_below_one_step_is_zero);
