@@ -232,6 +232,10 @@ static void test_a_shifted_rotation_uses_the_square_minus_the_shift(void) {
         ASSERT_CLOSE(sign * y / hypot(y, z), unit_of(turn.cos), 5e-4);
         ASSERT_CLOSE(sign * z / hypot(y, z), unit_of(turn.sin), 5e-4);
     }
+    /* Of (0, 0.5) only the shift is left: no turn, or half of one. */
+    const num_rotation_t turn = num_shifted_rotation(NUM(0), NUM(0.5), num_wide(NUM(2), NUM(2)), &saturations);
+    ASSERT_CLOSE(1.0, fabs(unit_of(turn.cos)), 1e-7);
+    ASSERT_CLOSE(0.0, unit_of(turn.sin), 1e-7);
     TEST_ASSERT_EQUAL(0, saturations);
 }
 
@@ -267,6 +271,8 @@ static void test_results_that_do_not_fit_saturate_and_are_counted(void) {
         {num_add(NUM(300), NUM(300), &saturations), INT32_MAX},
         {num_add(INT32_MIN, INT32_MIN, &saturations), -INT32_MAX},
         {num_subtract(NUM(-300), NUM(300), &saturations), -INT32_MAX},
+        {num_add(-INT32_MAX, -1, &saturations), -INT32_MAX},
+        {num_subtract(-INT32_MAX, 1, &saturations), -INT32_MAX},
         {num_subtract(INT32_MAX, INT32_MIN, &saturations), INT32_MAX},
         {num_narrow(INT64_MAX, &saturations), INT32_MAX},
         {num_narrow(INT64_MIN, &saturations), -INT32_MAX},
@@ -296,6 +302,8 @@ static void test_results_that_do_not_fit_saturate_and_are_counted(void) {
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_add(INT32_MAX - 1, 1, &saturations));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_subtract(-INT32_MAX, 0, &saturations));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_narrow((int64_t)INT32_MAX * 4194304, &saturations));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_div(INT32_MAX, NUM(1), &saturations));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_div(-INT32_MAX, NUM(1), &saturations));
     TEST_ASSERT_EQUAL(counted, saturations);
 #else
     TEST_ASSERT_TRUE(num_mul(1e30f, 1e30f, &saturations) == INFINITY);

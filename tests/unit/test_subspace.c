@@ -130,6 +130,53 @@ static void test_more_columns_than_joints_of_low_rank_leave_a_complement(void) {
     }
 }
 
+/* Largest entry that the reflectors leave below the diagonal; those of QR leave none, because they are made of columns
+ * that no reflection from the right has mixed. */
+static double below_the_diagonal(uint32_t k) {
+    double worst = 0.0;
+    for (uint32_t c = 0; c < k; ++c) {
+        double x[N];
+        for (uint32_t i = 0; i < 7u; ++i) {
+            x[i] = value_of(column[c][i]);
+        }
+        for (uint32_t at = 0; at <= c; ++at) {
+            double along = 0.0;
+            for (uint32_t i = at; i < 7u; ++i) {
+                along += value_of(subspace.reflector[at][i]) * x[i];
+            }
+            for (uint32_t i = at; i < 7u; ++i) {
+                x[i] -= along * value_of(subspace.reflector[at][i]);
+            }
+        }
+        for (uint32_t i = c + 1u; i < 7u; ++i) {
+            worst = fmax(worst, fabs(x[i]));
+        }
+    }
+    return worst;
+}
+
+static void test_qr_makes_the_reflectors_of_a_weak_direction_that_is_explained(void) {
+    double left[N][N];
+    random_start(46);
+    for (int round = 0; round < 20; ++round) {
+        for (uint32_t k = 3; k <= K; ++k) {
+            double sigma[] = {1.3, 0.9, 0.7, 0.6, 0.5, 0.4};
+            compose(7, k, sigma, left);
+            step(7, k, 0.005);
+            TEST_ASSERT_TRUE(below_the_diagonal(k) > 1e-3); /* no direction is weak */
+            sigma[k - 1u] = 0.007;
+            compose(7, k, sigma, left);
+            step(7, k, 0.005);
+            TEST_ASSERT_EQUAL(k, subspace.rank);
+            ASSERT_CLOSE(0.0, below_the_diagonal(k), 2e-6);
+            ASSERT_CLOSE(0.0, projector_error(7, k, left), 1e-4);
+            step(7, k, 0.1); /* with a direction that is not explained, the rotations belong to their own reflectors */
+            TEST_ASSERT_EQUAL(k - 1u, subspace.rank);
+            TEST_ASSERT_TRUE(below_the_diagonal(k) > 1e-3);
+        }
+    }
+}
+
 static void test_earlier_steps_have_no_influence(void) {
     const double sigma[] = {1.0, 0.5, 0.1};
     double left[N][N];
@@ -229,6 +276,7 @@ int main(void) {
     RUN_TEST(test_the_projector_is_symmetric_idempotent_and_never_lengthens);
     RUN_TEST(test_more_columns_than_joints_explain_everything);
     RUN_TEST(test_more_columns_than_joints_of_low_rank_leave_a_complement);
+    RUN_TEST(test_qr_makes_the_reflectors_of_a_weak_direction_that_is_explained);
     RUN_TEST(test_earlier_steps_have_no_influence);
     RUN_TEST(test_the_torque_may_be_rejected_in_place);
     RUN_TEST(test_the_sweeps_are_bounded_and_nearly_always_enough);

@@ -138,6 +138,7 @@ static void test_values_that_are_not_numbers_explain_nothing(void) {
                 TEST_ASSERT_TRUE(subspace.path.sweeps <= BIDIAGONAL_MAX_SWEEPS);
 #ifndef TAUPERP_FIXED
                 TEST_ASSERT_FALSE(subspace.converged);
+                TEST_ASSERT_TRUE(subspace.smallest == NUM(0));
                 assert_identity(n);
 #else
                 TEST_ASSERT_TRUE(subspace.rank >= 1u);
@@ -146,6 +147,26 @@ static void test_values_that_are_not_numbers_explain_nothing(void) {
         }
     }
     subspace.saturations = 0; /* INT32_MIN is beyond the symmetric range */
+}
+
+/* In Q9.22 the sweeps lose their shift here, until no more are allowed. In float they converge. */
+static void test_without_convergence_nothing_is_explained(void) {
+    static const int entries[5][6] = {
+        {0, 3}, {-8}, {-3, -7}, {0, 0, 0, 0, 7}, {0, 0, 0, 0, -1, -3},
+    };
+    for (uint32_t c = 0; c < 5u; ++c) {
+        for (uint32_t i = 0; i < 6u; ++i) {
+            column[c][i] = num_of(entries[c][i]);
+        }
+    }
+    step(7, 6, 0.005);
+#ifdef TAUPERP_FIXED
+    TEST_ASSERT_FALSE(subspace.converged);
+    assert_identity(7);
+#else
+    TEST_ASSERT_TRUE(subspace.converged);
+    TEST_ASSERT_EQUAL(4, subspace.rank);
+#endif
 }
 
 int main(void) {
@@ -158,5 +179,6 @@ int main(void) {
     RUN_TEST(test_tiny_columns_explain_nothing);
     RUN_TEST(test_vanishing_columns_next_to_good_ones_change_nothing);
     RUN_TEST(test_values_that_are_not_numbers_explain_nothing);
+    RUN_TEST(test_without_convergence_nothing_is_explained);
     return UNITY_END();
 }

@@ -77,6 +77,13 @@ static void test_each_component_may_be_large(void) {
     }
 }
 
+/* The sum of three such squares does not fit into Q19.44 without the division. */
+static void test_all_components_may_be_large(void) {
+    const vec3_t v = {.x = NUM(500), .y = NUM(-500), .z = NUM(500)};
+    const double third = sqrt(1.0 / 3.0);
+    assert_is(third, -third, third, vec3_unit(v, &saturations));
+}
+
 static void test_zero_has_no_direction(void) {
     assert_is(0.0, 0.0, 0.0, vec3_unit(along(0u, 0.0), &saturations));
     TEST_ASSERT_TRUE(vec3_length(along(0u, 0.0)) == NUM(0));
@@ -98,6 +105,7 @@ int main(void) {
     RUN_TEST(test_sums_and_products);
     RUN_TEST(test_lengths_and_directions_of_every_size);
     RUN_TEST(test_each_component_may_be_large);
+    RUN_TEST(test_all_components_may_be_large);
     RUN_TEST(test_zero_has_no_direction);
     RUN_TEST(test_the_part_across_a_direction);
     return UNITY_END();

@@ -22,7 +22,7 @@ FLAGS = [
     "-ffp-contract=off",
     "-fno-math-errno",
     # What the sanitizers of `make unit` find as well, here without their library: an instruction that traps.
-    "-fsanitize=bounds,shift,signed-integer-overflow,integer-divide-by-zero,float-cast-overflow",
+    "-fsanitize=bounds,shift,signed-integer-overflow,integer-divide-by-zero,float-cast-overflow,builtin",
     "-fsanitize-undefined-trap-on-error",
     "-DTAUPERP_BUILD_ID=0u",
     "-DTAUPERP_CHANNELS=1",
