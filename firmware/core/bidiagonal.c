@@ -7,7 +7,7 @@ typedef struct {
 
 /* The first sweeps have no shift: they isolate a singular value that is small compared with the next one. */
 static const uint32_t unshifted_sweeps = 2;
-static const uint32_t late_sweeps = 8; /* never reached in float */
+static const uint32_t late_sweeps = 8; /* rarely reached */
 
 /* Smaller entries count as zero, because their squares may be subnormal. */
 static const num_t nothing = NUM(1e-15);

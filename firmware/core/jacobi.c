@@ -144,7 +144,6 @@ static void decompose(jacobi_t *self, uint32_t n, uint32_t k, const num_t column
     self->directions = (n < k) ? n : k;
     self->smallest = NUM(0);
     self->rank = 0;
-    /* Uncovered in float: 1 branch, 1 condition. No matrix of floats is known that needs all sweeps. */
     for (uint32_t sweeps = 0; (sweeps < JACOBI_SWEEPS) && !found.settled; ++sweeps) {
         found = sweep(self, k, num_max(limit, soft));
     }
