@@ -202,11 +202,13 @@ void proof_num_headroom(void) {
 }
 
 void proof_num_shift(void) {
-    const num_t a = any_number();
+    num_t a; /* INT32_MIN too */
     int32_t shift;
     uint32_t saturations;
     ASSUME((shift >= -31) && (shift <= 31));
-    is_number(num_shift(a, shift, &saturations));
+    const num_t shifted = num_shift(a, shift, &saturations);
+    is_number(shifted);
+    HOLDS(((a < 0) || (shifted >= 0)) && ((a > 0) || (shifted <= 0)), "a shift keeps the sign");
     REACHED;
 }
 

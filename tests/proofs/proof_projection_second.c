@@ -16,6 +16,7 @@ void jacobi_hard(jacobi_t *self, uint32_t n, uint32_t k, const num_t column[][RO
 void jacobi_soft(jacobi_t *self, uint32_t n, uint32_t k, const num_t column[][ROBOT_MAX_JOINTS], num_t s) {
     stub_object(self, sizeof(*self));
     stub_columns(k, column);
+    HOLDS((s >= NUM(SOFT_MIN)) && (s <= NUM(1)), "the softness is in its range");
 }
 
 void jacobi_reject(jacobi_t *self, const num_t tau[], num_t rejected[]) {

@@ -46,6 +46,7 @@ def planted(folder: Path, file: str, old: str, new: str) -> Path:
             "proof_soft_reflect",
             "bound",
         ),
+        ("core/jacobi.c", "at = c;", "at = c + 1u;", "proof_jacobi_sort", "bound"),
         ("core/bidiagonal.c", "4u);", "2u);", "proof_bidiagonal_negligible", "overflow"),
         ("guard/config_tasks.c", "; t < (uint32_t)TASK_COUNT;", "; t <= (uint32_t)TASK_COUNT;", "proof_tasks", "row"),
     ],
