@@ -14,12 +14,13 @@ typedef struct {
 typedef uint32_t square_size_t; /* number of bits */
 
 static inline square_size_t square_bits(uint64_t a) {
-    return 63u - (uint32_t)__builtin_clzll((2u * a) + 1u);
+    return (a > 0u) ? (64u - (uint32_t)__builtin_clzll(a)) : 0u;
 }
 
 static inline square_t square_of(num_wide_t a) {
-    const uint32_t bits = square_bits((uint64_t)a);
-    return (square_t){.mantissa = (uint32_t)(((uint64_t)a << (63u - bits)) >> 32), .bits = bits};
+    const uint64_t square = (uint64_t)a;
+    const uint32_t bits = square_bits(square);
+    return (square_t){.mantissa = (uint32_t)((square << (63u - bits)) >> 32), .bits = bits};
 }
 
 static inline square_size_t square_size(square_t a) {
@@ -82,8 +83,8 @@ static inline num_rotation_t square_orthogonalise(square_t *longer, square_t *sh
     const uint32_t most = longer->mantissa + exchange;
     const uint32_t carry = most >> 31;
     const uint32_t rest = (least > exchange) ? (least - exchange) : 0u;
-    const uint32_t up = (rest > 0u) ? ((uint32_t)__builtin_clz(rest) - 1u) : 63u;
-    const uint32_t bits = square_share(longer->bits, up);
+    const uint32_t up = (rest > 0u) ? ((uint32_t)__builtin_clz(rest) - 1u) : 0u;
+    const uint32_t bits = (rest > 0u) ? square_share(longer->bits, up) : 0u;
     *shorter = (square_t){.mantissa = (bits > 0u) ? (rest << up) : 0u, .bits = bits};
     *longer = (square_t){.mantissa = most >> carry, .bits = (longer->bits < 63u) ? (longer->bits + carry) : 63u};
     return (num_rotation_t){.cos = (int32_t)(cosine / 2u), .sin = (along < 0) ? -sine : sine, .length = 0};

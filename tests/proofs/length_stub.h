@@ -27,7 +27,7 @@ static inline num_wide_t length_wide(num_t a, num_t b) {
     }
     smaller = num_min(first, second);
     larger = num_max(first, second);
-    const num_wide_t result = (larger <= LENGTH_ENTRY) ? LENGTH_PRODUCT() : stub_product(62u);
+    const num_wide_t result = (larger <= LENGTH_ENTRY) ? LENGTH_PRODUCT() : stub_sized(a, b);
     ASSUME((a != b) || (result >= 0));
     return result;
 }

@@ -36,6 +36,7 @@ IDENTITY = ("-DTAUPERP_CONFIG_CRC=0u", "-DTAUPERP_BUILD_ID=0u", '-DTAUPERP_BOARD
 BUILDS = ("float", "fixed", "boards")
 # clang's own warnings are the business of `make lint-clang`. gcc's attributes are unknown to it.
 PLAIN = ("-Wno-everything",)
+OF_GCC = ("-Werror", "-fcallgraph-info=su")  # clang has other warnings, and no call graphs
 FINDING = re.compile(r"^(\S+?):(\d+):(\d+): (?:warning|error): (.*) \[([\w.,-]+),-warnings-as-errors\]$", re.MULTILINE)
 NOLINT = re.compile(r"NOLINT(?:NEXTLINE|BEGIN|END)?(?P<checks>\([\w.,-]+\))?(?P<rest>[^\n]*)")
 Command = dict[str, str | list[str]]  # an entry of compile_commands.json
@@ -45,7 +46,7 @@ def of_the_host(numeric: str) -> list[Command]:
     """One command for each file of firmware/ that the host compiles in this numeric type, without -Werror."""
     chosen: dict[str, Command] = {}
     for entry in json.loads(DATABASE.read_text(encoding="utf-8")):
-        words = [word for word in entry["command"].split() if word != "-Werror"]
+        words = [word for word in entry["command"].split() if word not in OF_GCC]
         is_fixed = "-DTAUPERP_FIXED=1" in words
         file = Path(entry["file"])
         if file.suffix == ".c" and FIRMWARE in file.parents and is_fixed == (numeric == "fixed"):
