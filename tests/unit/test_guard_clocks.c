@@ -1,14 +1,5 @@
 /* Time against cycles: the windows in which they are compared, and a clock that stands still. */
-#include "guard_fixture.h"
-
-static bench_t bench;
-static guard_t *const guard = &bench.guard;
-
-void setUp(void) {
-    start(&bench);
-    run_until_permitted(&bench);
-}
-void tearDown(void) {}
+#include "permitted_fixture.h"
 
 static void syncs(uint32_t number, uint32_t apart_us) {
     for (uint32_t i = 0; i < number; ++i) {

@@ -1,16 +1,7 @@
 /* Intrusive: words of the guard's state that are wrong between two ticks, one after the other. Each is a FAULT, or at
  * least ends the permission. */
-#include "guard_fixture.h"
 #include "guard_parts.h"
-
-static bench_t bench;
-static guard_t *const guard = &bench.guard;
-
-void setUp(void) {
-    start(&bench);
-    run_until_permitted(&bench);
-}
-void tearDown(void) {}
+#include "permitted_fixture.h"
 
 static void assert_corrupt(void) {
     tick(&bench);

@@ -1,17 +1,8 @@
 /* The counters of bad, late, lost and repeated frames of a sender, frame by frame. */
-#include "guard_fixture.h"
+#include "permitted_fixture.h"
 
 #define JOINT 3u /* joint 4 */
 #define LIMIT 64u
-
-static bench_t bench;
-static guard_t *const guard = &bench.guard;
-
-void setUp(void) {
-    start(&bench);
-    run_until_permitted(&bench);
-}
-void tearDown(void) {}
 
 static void begin_cycle(void) {
     next_cycle(&bench);

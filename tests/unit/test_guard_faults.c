@@ -113,7 +113,7 @@ static void test_a_flipped_bit_of_the_state_is_a_fault(void) {
     }
 }
 
-/* A copy of its own finds it: the first reset, the requested task and the task in force. */
+/* The flag of the first reset has two codes; the requested task and the task in force have inverted copies. */
 static void test_a_flipped_bit_of_a_word_that_alone_decides_is_a_fault(void) {
     uint8_t *const word[] = {&bench.guard.acknowledged, &bench.guard.inputs.task_number,
                              (uint8_t *)&bench.guard.inputs.task_number_inverted, (uint8_t *)&bench.guard.task,

@@ -1,17 +1,8 @@
 /* What the guard tells in each state, and which task, joint and link it tells it of. */
 #include <math.h>
 
-#include "guard_fixture.h"
 #include "guard_parts.h"
-
-static bench_t bench;
-static guard_t *const guard = &bench.guard;
-
-void setUp(void) {
-    start(&bench);
-    run_until_permitted(&bench);
-}
-void tearDown(void) {}
+#include "permitted_fixture.h"
 
 static void test_a_task_stays_for_its_dwell_of_250_cycles(void) {
     cycles(&bench, 250u);

@@ -47,9 +47,31 @@ static double largest_difference(const num_t a[], const num_t b[]) {
     return worst;
 }
 
+/* The hard projector of Golub and Kahan, which it returns, and that of Jacobi: d by each. */
+static subspace_t hard_by_both(uint32_t k, const num_t tau[], num_t own[], num_t others[]) {
+    subspace_t other;
+    subspace_init(&other);
+    subspace_step(&other, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+    subspace_reject(&other, tau, others);
+    jacobi_hard(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
+    jacobi_reject(&jacobi, tau, own);
+    TEST_ASSERT_TRUE(jacobi.converged);
+    return other;
+}
+
+/* The soft projector of the reflections, and that of Jacobi: d by each. */
+static void soft_by_both(uint32_t k, const num_t tau[], num_t own[], num_t others[]) {
+    soft_t other;
+    soft_init(&other);
+    soft_step(&other, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
+    soft_reject(&other, tau, others, 0u, others);
+    jacobi_soft(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
+    jacobi_reject(&jacobi, tau, own);
+    TEST_ASSERT_TRUE(jacobi.converged);
+}
+
 /* docs/decisions/channels.md rests on these two figures: at 10 Nm per joint the difference is at most 4e-5 of |tau|. */
 static void test_the_hard_projector_agrees_with_that_of_golub_and_kahan(void) {
-    subspace_t other;
     double worst = 0.0;
     random_start(51);
     for (int round = 0; round < DRAWS(30000); ++round) {
@@ -57,12 +79,7 @@ static void test_the_hard_projector_agrees_with_that_of_golub_and_kahan(void) {
         const uint32_t k = 1u + (uint32_t)round % K;
         draw(round, N, k);
         draw_torque(N, tau);
-        subspace_init(&other);
-        subspace_step(&other, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
-        subspace_reject(&other, tau, others);
-        jacobi_hard(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
-        jacobi_reject(&jacobi, tau, own);
-        TEST_ASSERT_TRUE(jacobi.converged);
+        const subspace_t other = hard_by_both(k, tau, own, others);
         if (fabs(value_of(other.smallest) - 0.005) > 1e-5) { /* otherwise both ranks are right */
             TEST_ASSERT_EQUAL(other.rank, jacobi.rank);
             worst = fmax(worst, largest_difference(own, others));
@@ -73,7 +90,6 @@ static void test_the_hard_projector_agrees_with_that_of_golub_and_kahan(void) {
 }
 
 static void test_the_soft_projector_agrees_with_that_of_the_reflections(void) {
-    soft_t other;
     double worst = 0.0;
     random_start(52);
     for (int round = 0; round < DRAWS(30000); ++round) {
@@ -81,12 +97,7 @@ static void test_the_soft_projector_agrees_with_that_of_the_reflections(void) {
         const uint32_t k = 1u + (uint32_t)round % K;
         draw(round, N, k);
         draw_torque(N, tau);
-        soft_init(&other);
-        soft_step(&other, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
-        soft_reject(&other, tau, others, 0u, others);
-        jacobi_soft(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
-        jacobi_reject(&jacobi, tau, own);
-        TEST_ASSERT_TRUE(jacobi.converged);
+        soft_by_both(k, tau, own, others);
         worst = fmax(worst, largest_difference(own, others));
     }
     printf("soft: largest difference %.2g Nm\n", worst);
@@ -143,15 +154,9 @@ static void take(const double values[][N], uint32_t k) {
 }
 
 static void assert_agrees_with_that_of_golub_and_kahan(uint32_t k) {
-    subspace_t other;
     num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(-2), NUM(3), NUM(4), NUM(-5), NUM(6), NUM(7)};
     num_t own[ROBOT_MAX_JOINTS], others[ROBOT_MAX_JOINTS];
-    subspace_init(&other);
-    subspace_step(&other, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
-    subspace_reject(&other, tau, others);
-    jacobi_hard(&jacobi, N, k, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.005));
-    jacobi_reject(&jacobi, tau, own);
-    TEST_ASSERT_TRUE(jacobi.converged);
+    const subspace_t other = hard_by_both(k, tau, own, others);
     TEST_ASSERT_EQUAL(other.rank, jacobi.rank);
     ASSERT_CLOSE(0.0, largest_difference(own, others), 1e-4);
 }
@@ -181,16 +186,10 @@ static void test_a_pair_that_changes_places_is_not_forgotten(void) {
     static const double values[3][N] = {{-0.002, 0, 0, -0.3363, 0, 0, 0.2405},
                                         {-0.03577, -0.17295, 0.12769, 0, 0, 0.18349, 0},
                                         {0, 0.88969, -0.28339, 0, 0, 0, 0}};
-    soft_t other;
     num_t tau[ROBOT_MAX_JOINTS] = {NUM(1), NUM(-2), NUM(3), NUM(4), NUM(-5), NUM(6), NUM(7)};
     num_t own[ROBOT_MAX_JOINTS], others[ROBOT_MAX_JOINTS];
     take(values, 3);
-    soft_init(&other);
-    soft_step(&other, 3, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
-    soft_reject(&other, tau, others, 0u, others);
-    jacobi_soft(&jacobi, N, 3, (const num_t(*)[ROBOT_MAX_JOINTS])column, NUM(0.02));
-    jacobi_reject(&jacobi, tau, own);
-    TEST_ASSERT_TRUE(jacobi.converged);
+    soft_by_both(3, tau, own, others);
     ASSERT_CLOSE(0.0, largest_difference(own, others), 1e-4);
 }
 

@@ -171,6 +171,23 @@ static void test_an_inner_product_larger_than_its_vectors_counts_as_a_parallel_o
 #endif
 }
 
+/* Of two equal odd squares the last bit remains, and nothing of even ones. */
+static void test_the_rest_of_two_equal_squares_is_at_most_one_bit(void) {
+#ifdef TAUPERP_FIXED
+    const uint32_t odd = (1u << 30) + 1u;
+    square_t longer = {.mantissa = odd, .bits = 40u}, shorter = longer;
+    (void)square_orthogonalise(&longer, &shorter, (num_wide_t)odd << 9);
+    TEST_ASSERT_EQUAL_UINT32(1u << 30, shorter.mantissa);
+    TEST_ASSERT_EQUAL(10, shorter.bits);
+    longer = shorter = (square_t){.mantissa = 1u << 30, .bits = 40u};
+    (void)square_orthogonalise(&longer, &shorter, (num_wide_t)1 << 39);
+    TEST_ASSERT_EQUAL(0, shorter.mantissa);
+    TEST_ASSERT_EQUAL(0, shorter.bits);
+#else
+    TEST_PASS_MESSAGE("a float square has no mantissa of its own");
+#endif
+}
+
 /* 3 and 2 steps of 2^-44, at an angle of 35 degrees: the rest of the shorter one is less than a step. */
 static void test_a_square_below_one_step_is_zero(void) {
 #ifdef TAUPERP_FIXED
@@ -199,6 +216,7 @@ int main(void) {
     RUN_TEST(test_of_two_parallel_vectors_one_is_left);
     RUN_TEST(test_two_vectors_without_length_are_left_alone);
     RUN_TEST(test_an_inner_product_larger_than_its_vectors_counts_as_a_parallel_one);
+    RUN_TEST(test_the_rest_of_two_equal_squares_is_at_most_one_bit);
     RUN_TEST(test_a_square_below_one_step_is_zero);
     return UNITY_END();
 }
