@@ -7,6 +7,9 @@
  * Errors, in steps of 2^-22 = 2.4e-7, measured over the whole range by tests/unit/test_num.c: product and quotient 0.5,
  * root 0.5, sine and cosine 0.52 for every angle. A number times num_inverse_root: 0.5 plus 3e-9 of the result. The
  * inverse root is a fixed number of Newton steps on 32 x 32 -> 64 bit products. Only num_div divides.
+ *
+ * Functions that are long or rarely called are in num_fixed.c, so that the flash holds them once. A call needs little
+ * time compared with their content.
  */
 #define NUM_FRACTION 22u
 #define NUM(x)       ((num_t)(((x) * 4194304.0) + (((x) < 0) ? -0.5 : 0.5)))
@@ -25,11 +28,33 @@ typedef struct {
 /* Never inlined: on these targets a call is cheap compared with its content, and flash is scarce. */
 #define NUM_STEP static __attribute__((noinline))
 
+/* The limit with the sign of a; counts a saturation. */
+num_t num_limit(num_t a, uint32_t *saturations);
+
+/* a / 2^22, to within +-most. Any a. */
+num_t num_narrow_within(num_wide_t a, uint32_t *saturations, num_t most);
+
+/* a / 2^shift. Precondition: shift 1 to 62, |a| at most 2^62. */
+num_t num_rounded_within(int64_t a, uint32_t shift, uint32_t *saturations);
+
+/* Rounds halves away from zero. Division by zero saturates with the sign of a (0 / 0 is positive). */
+num_t num_div(num_t a, num_t b, uint32_t *saturations);
+
+/* Rounded to nearest. A negative square counts as zero. A root above 511.99 saturates. */
+num_t num_root(num_wide_t square);
+
 static inline num_t num_abs(num_t a) {
     return (a >= 0) ? a : ((a < -INT32_MAX) ? INT32_MAX : -a);
 }
 
-/* a / 2^shift, rounded to nearest, halves up. Precondition: shift 1 to 62, |a| at most 2^62. */
+/* a / 2^shift, rounded to nearest, halves up. Precondition: shift 1 to 31. */
+static inline num_t num_reduced(num_t a, uint32_t shift) {
+    const uint32_t offset = (uint32_t)1 << 31;
+    const uint32_t twice = ((uint32_t)a + offset) >> (shift - 1u);
+    return (num_t)((twice / 2u) + (twice % 2u) - (offset >> shift));
+}
+
+/* The same of 64 bits. Precondition: shift 1 to 62, |a| at most 2^62. */
 static inline int64_t num_rounded(int64_t a, uint32_t shift) {
     const uint64_t offset = (uint64_t)1 << 63;
     const uint64_t half = (uint64_t)1 << (shift - 1u);
@@ -38,8 +63,7 @@ static inline int64_t num_rounded(int64_t a, uint32_t shift) {
 
 static inline num_t num_saturated(int64_t a, uint32_t *saturations) {
     if ((a > INT32_MAX) || (a < -INT32_MAX)) {
-        ++*saturations;
-        return (a > 0) ? INT32_MAX : -INT32_MAX;
+        return num_limit((a > 0) ? 1 : -1, saturations);
     }
     return (num_t)a;
 }
@@ -52,13 +76,13 @@ static inline num_t num_from_int(int32_t a) {
 static inline num_t num_add(num_t a, num_t b, uint32_t *saturations) {
     num_t sum = 0;
     const bool fits = !__builtin_add_overflow(a, b, &sum) && (sum >= -INT32_MAX);
-    return fits ? sum : num_saturated((int64_t)a + b, saturations);
+    return fits ? sum : num_limit(a, saturations);
 }
 
 static inline num_t num_subtract(num_t a, num_t b, uint32_t *saturations) {
     num_t difference = 0;
     const bool fits = !__builtin_sub_overflow(a, b, &difference) && (difference >= -INT32_MAX);
-    return fits ? difference : num_saturated((int64_t)a - b, saturations);
+    return fits ? difference : num_limit(a, saturations);
 }
 
 static inline num_wide_t num_wide(num_t a, num_t b) {
@@ -68,30 +92,24 @@ static inline num_wide_t num_widen(num_t a) {
     return (int64_t)a * 4194304;
 }
 
-/* Any number, to within +-most. */
-NUM_STEP num_t num_narrow_within(num_wide_t a, num_t most, uint32_t *saturations) {
-    const int64_t limit = (int64_t)most * 4194304;
-    if ((a > limit) || (a < -limit)) {
-        ++*saturations;
-        return (a > 0) ? most : -most;
-    }
-    return (num_t)num_rounded(a, NUM_FRACTION);
+static inline int32_t num_upper(int64_t a) {
+    return (int32_t)((uint64_t)a >> 32);
+}
+
+/* Whether a is in -2^bits to 2^bits - 1. Precondition: bits 32 to 62. */
+static inline bool num_is_short(int64_t a, uint32_t bits) {
+    const uint32_t limit = (uint32_t)1 << (bits - 32u);
+    return ((uint32_t)num_upper(a) + limit) < (2u * limit);
 }
 
 static inline num_t num_narrow(num_wide_t a, uint32_t *saturations) {
-    const uint32_t high = (uint32_t)((uint64_t)a >> 32);
-    if ((high + 1048576u) < 2097152u) { /* a is in -2^52 to 2^52: the result is within +-256 */
-        return (num_t)num_rounded(a, NUM_FRACTION);
-    }
-    return num_narrow_within(a, INT32_MAX, saturations);
+    return num_is_short(a, 52u) ? (num_t)num_rounded(a, NUM_FRACTION) /* within +-256 */
+                                : num_narrow_within(a, saturations, INT32_MAX);
 }
 
 static inline num_t num_narrow_factor(num_wide_t a, uint32_t *saturations) {
-    const uint32_t high = (uint32_t)((uint64_t)a >> 32);
-    if ((high + 131072u) < 262144u) { /* a is in -2^49 to 2^49: the result is within +-32 */
-        return (num_t)num_rounded(a, NUM_FRACTION);
-    }
-    return num_narrow_within(a, NUM_FACTOR_MAX, saturations);
+    return num_is_short(a, 49u) ? (num_t)num_rounded(a, NUM_FRACTION) /* within +-32 */
+                                : num_narrow_within(a, saturations, NUM_FACTOR_MAX);
 }
 
 static inline num_t num_factor(num_t a, uint32_t *saturations) {
@@ -104,18 +122,6 @@ static inline num_t num_factor(num_t a, uint32_t *saturations) {
 
 static inline num_t num_mul(num_t a, num_t b, uint32_t *saturations) {
     return num_narrow(num_wide(a, b), saturations);
-}
-
-/* Rounds halves away from zero. Division by zero saturates with the sign of a (0 / 0 is positive). */
-static inline num_t num_div(num_t a, num_t b, uint32_t *saturations) {
-    const uint32_t divisor = (uint32_t)num_abs(b);
-    const bool negative = (a < 0) != (b < 0);
-    if (divisor == 0u) {
-        ++*saturations;
-        return (a < 0) ? -INT32_MAX : INT32_MAX;
-    }
-    const uint64_t quotient = (((uint64_t)num_abs(a) << NUM_FRACTION) + (divisor / 2u)) / divisor;
-    return num_saturated(negative ? -(int64_t)quotient : (int64_t)quotient, saturations);
 }
 
 /* 2^30 / sqrt(x / 2^32) for x from 2^30 on: the result is 2^30 to 2^31, error 3e-9. Newton's y <- y (3 - x y^2) / 2
@@ -135,31 +141,6 @@ static inline uint32_t num_leading(uint64_t a) {
     return (uint32_t)__builtin_clzll(a) & ~1u;
 }
 
-/* Rounded to nearest. A negative square counts as zero. A root above 511.99 saturates. */
-static inline num_t num_root(num_wide_t square) {
-    if (square <= 0) {
-        return 0;
-    }
-    const uint64_t x = (uint64_t)square;
-    const uint32_t leading = num_leading(x);
-    const uint32_t top = (uint32_t)((x << leading) >> 32);
-    uint64_t root = ((uint64_t)top * num_newton(top)) >> (30u + (leading / 2u));
-    if (root > 0x1000000u) { /* above 24 bits the root may be inexact: one step of Heron's method on 32 bits */
-        const int32_t error = (int32_t)((int64_t)(x - (root * root)) / 128);
-        const int32_t half = (int32_t)(root / 128u);
-        root = (uint64_t)((int64_t)root + ((error + ((error < 0) ? -half : half)) / (2 * half)));
-    }
-    if ((root * root) > x) {
-        --root;
-    } else if ((x - (root * root)) > (2u * root)) {
-        ++root;
-    } else {
-        /* root is the floor */
-    }
-    root += ((x - (root * root)) > root) ? 1u : 0u;
-    return (root > (uint64_t)INT32_MAX) ? INT32_MAX : (num_t)root;
-}
-
 /* Zero or less counts as the smallest square, 2^-44. */
 static inline num_inverse_t num_inverse_root(num_wide_t square) {
     const uint64_t x = (square > 0) ? (uint64_t)square : 1u;
@@ -168,7 +149,9 @@ static inline num_inverse_t num_inverse_root(num_wide_t square) {
 }
 
 static inline num_t num_times(num_t a, num_inverse_t inverse, uint32_t *saturations) {
-    return num_saturated(num_rounded((int64_t)a * inverse.mantissa, inverse.shift), saturations);
+    const int64_t product = (int64_t)a * inverse.mantissa;
+    return (inverse.shift > 32u) ? num_reduced(num_upper(product), inverse.shift - 32u) /* the rest changes no bit */
+                                 : num_rounded_within(product, inverse.shift, saturations);
 }
 
 static inline bool num_finite(num_t a) {
@@ -183,10 +166,11 @@ static inline int32_t num_headroom(num_t largest) {
 
 /* a * 2^shift. Precondition: shift -31 to 31. */
 static inline num_t num_shift(num_t a, int32_t shift, uint32_t *saturations) {
-    if (shift >= 0) {
-        return num_saturated((int64_t)a * ((int64_t)1 << shift), saturations);
+    if (shift < 0) {
+        return num_reduced(a, (uint32_t)-shift);
     }
-    return (num_t)num_rounded(a, (uint32_t)-shift);
+    const num_t most = INT32_MAX >> shift;
+    return ((a > most) || (a < -most)) ? num_limit(a, saturations) : (num_t)((uint32_t)a << shift);
 }
 
 /* a * unit, where |unit| is at most 1. */

@@ -16,4 +16,7 @@
 
 #define HOLDS(condition, what) __CPROVER_assert(condition, what)
 
+/* A harness and the code that it calls are one unit. */
+#include "num_fixed.c"
+
 #endif

@@ -36,7 +36,7 @@ void proof_num_narrow(void) {
     is_number(num_narrow(a, &saturations));
     uint32_t once = 0, again = 0;
     const num_t fast = num_narrow(a, &once);
-    HOLDS((fast == num_narrow_within(a, INT32_MAX, &again)) && (once == again), "the short way has the same result");
+    HOLDS((fast == num_narrow_within(a, &again, INT32_MAX)) && (once == again), "the short way has the same result");
     is_number(num_saturated(a, &saturations));
     REACHED;
 }
@@ -52,7 +52,7 @@ void proof_num_factor(void) {
     HOLDS(is_factor(num_narrow_factor(sum, &saturations)), "below 64");
     uint32_t once = 0, again = 0;
     const num_t fast = num_narrow_factor(sum, &once);
-    HOLDS((fast == num_narrow_within(sum, NUM_FACTOR_MAX, &again)) && (once == again),
+    HOLDS((fast == num_narrow_within(sum, &again, NUM_FACTOR_MAX)) && (once == again),
           "the short way has the same result");
     HOLDS(is_factor(num_factor(a, &saturations)), "below 64");
     REACHED;
@@ -64,6 +64,18 @@ void proof_num_rounded(void) {
     const int64_t limit = (int64_t)1 << 62;
     ASSUME((shift >= 1u) && (shift <= 62u) && (a >= -limit) && (a <= limit));
     (void)num_rounded(a, shift);
+    REACHED;
+}
+
+void proof_num_reduced(void) {
+    num_t a;
+    int64_t product;
+    uint32_t shift;
+    const int64_t limit = (int64_t)1 << 62;
+    ASSUME((shift >= 1u) && (shift <= 30u) && (product >= -limit) && (product <= limit));
+    HOLDS(num_reduced(a, shift) == num_rounded(a, shift), "32 bits are rounded as 64 are");
+    HOLDS(num_reduced(num_upper(product), shift) == num_rounded(product, 32u + shift), "the lower half changes no bit");
+    HOLDS(num_reduced(a, 31u) == num_rounded(a, 31u), "the largest shift");
     REACHED;
 }
 

@@ -35,7 +35,7 @@ def planted(folder: Path, file: str, old: str, new: str) -> Path:
 @pytest.mark.parametrize(
     ("file", "old", "new", "harness", "says"),
     [
-        ("core/num_fixed.h", "num_saturated((int64_t)a + b,", "num_saturated(a + b,", "proof_num_sums", "overflow"),
+        ("core/num_fixed.c", "(int64_t)most * 4194304", "most * 4194304", "proof_num_narrow", "overflow"),
         ("guard/guard_rise.c", "i < joints;", "i <= joints;", "proof_rise", "bound"),
         ("guard/crc32.c", "crc & 0x0Fu];\n    }", "crc & 0x1Fu];\n    }", "proof_crc32", "bound"),
         ("guard/snapshot.c", "self->taken = true;", "", "proof_snapshot", "evaluated once"),

@@ -55,6 +55,13 @@ def test_the_product_image_is_the_default_and_any_other_states_its_purpose(
     assert ("output_words" in names) == in_memory
 
 
+def test_a_stm32g4_image_with_two_channels_fits_into_96_kib_of_flash() -> None:
+    place, _ = image_of("stm32g4-two", "BOARD=stm32g4", "CHANNELS=2")
+    sizes = subprocess.run(["arm-none-eabi-size", place], capture_output=True, text=True, check=True).stdout
+    text, data = sizes.splitlines()[1].split()[:2]
+    assert int(text) + int(data) <= 96 * 1024
+
+
 CMAKE = Path(sys.executable).parent / "cmake"
 LINKED = ["boards/versal_r5/versal_r5.ld", "boards/versal_r5/startup.S", "boards/common/loop.c", "schedule/schedule.c"]
 

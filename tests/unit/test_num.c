@@ -300,10 +300,13 @@ static void test_results_that_do_not_fit_saturate_and_are_counted(void) {
     TEST_ASSERT_EQUAL_INT32(NUM(-510), num_from_int(-510));
     /* The last results that fit are not counted. */
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_add(INT32_MAX - 1, 1, &saturations));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_add(-INT32_MAX, 0, &saturations));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_subtract(-INT32_MAX, 0, &saturations));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_narrow((int64_t)INT32_MAX * 4194304, &saturations));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_div(INT32_MAX, NUM(1), &saturations));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_div(-INT32_MAX, NUM(1), &saturations));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, num_shift(INT32_MAX, 0, &saturations));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, num_shift(-INT32_MAX, 0, &saturations));
     TEST_ASSERT_EQUAL(counted, saturations);
 #else
     TEST_ASSERT_TRUE(num_mul(1e30f, 1e30f, &saturations) == INFINITY);
