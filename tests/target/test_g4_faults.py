@@ -11,13 +11,15 @@ from g4_images import g4_image
 
 sys.path.insert(0, str(ROOT / "tools" / "faults"))
 
-from g4_faults import DETECTED, NONE, PLACES, WRONG, Injector
+from g4_faults import DETECTED, NONE, PLACES, WRONG, Injector, is_fault, is_ordinary_stop
 from g4_time import TIME, disturbance
 from record import record
 
 from tauperp.firmware import reaction_us
 
 from g4.board import Snapshot  # isort: skip
+from g4.fdcan import Frame  # isort: skip
+from g4.peer import STOP_COMMAND  # isort: skip
 
 pytestmark = [pytest.mark.needs("arm"), pytest.mark.slow]
 CYCLES, SILENCE = 1000, 900  # of the recording, and the cycle from which on the robot sends nothing
@@ -79,3 +81,9 @@ def test_the_faults_of_time_have_the_ranges_of_the_library() -> None:
         assert not fault.stands(45)
         assert fault.late_us(45, 45_000) == 45_000
         assert (fault.timer_us(45, 45_000) == 45_000) == (fault.way in ("missed", "late"))
+
+
+def test_a_stop_command_that_a_fault_has_shortened_is_no_stop() -> None:
+    whole = bytes([0, 0, 0xF0, 0, 1])
+    stops = [Frame(STOP_COMMAND, whole[:length]) for length in range(len(whole) + 1)]
+    assert [is_fault([stop]) or is_ordinary_stop([stop]) for stop in stops] == [False] * len(whole) + [True]

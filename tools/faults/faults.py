@@ -50,7 +50,7 @@ def g4_part(folder: Path, experiment: str, channels: int, seed: int, count: int)
     """All chunks of one experiment: g4_run.py writes those that are missing, after one run without a fault."""
     program = str(Path(__file__).with_name("g4_run.py"))
     command = [sys.executable, program, experiment, str(channels), str(seed), str(count), str(folder)]
-    names = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    names = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.split()
     results = [json.loads(Path(name).read_text()) for name in names]
     return {
         "reaction_cycles": results[0]["reaction_cycles"],

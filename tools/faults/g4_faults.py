@@ -33,7 +33,8 @@ from tauperp.wire_values import REASON_CLASS, ReasonClass
 PLACES = ("register", "float register", "stack", "data", "code", "block", TIME)
 HORIZON, DORMANT, FINAL = 60, 10, 10
 BEFORE, AFTER = 40, 60  # cycles around a stop
-CYCLE_INSTRUCTIONS = {1: 24_000, 2: 110_000}  # of a cycle, by channels, about
+CYCLE_INSTRUCTIONS = {1: 18_000, 2: 84_000}  # of a cycle at worst, by channels (tools/bench/baseline.json)
+REASON_BYTE = 4  # of a StopCommand
 IDLE_LIMIT = 1_000_000  # instructions after which a core that is not idle counts as hung
 KEPT = REGISTERS[4:12]  # registers that an idle loop preserves
 NONE, DETECTED, NEEDLESS, LATE, WRONG = range(5)
@@ -147,7 +148,7 @@ class Injector:
             if outcome and (worst == NONE or outcome >= LATE):
                 after = number - start
             worst = max(worst, outcome)
-            final = final + 1 if _is_fault(answers) else 0
+            final = final + 1 if is_fault(answers) else 0
             if worst == WRONG or board.halted or board.resets or final == FINAL:
                 break
             if disturbed is None and self._is_over(number, number - start, end, flip):
@@ -161,7 +162,7 @@ class Injector:
         if permits and not self.reference.permits[at]:
             return WRONG if self._long_stopped(at) else LATE
         if not permits and self.reference.permits[at]:
-            return NEEDLESS if _is_ordinary_stop(answers) else DETECTED
+            return NEEDLESS if is_ordinary_stop(answers) else DETECTED
         return DETECTED if self._board.halted or self._board.resets else NONE
 
     def _is_over(self, at: int, since: int, end: int, flip: Flip | None) -> bool:
@@ -256,18 +257,18 @@ def places(image: Path, channels: int) -> dict[str, tuple[int, int]]:
 
 
 def _classes(answers: list[Frame]) -> list[ReasonClass]:
-    """Of the reason of each StopCommand with a consistent stop."""
-    stops = [frame.data for frame in answers if frame.id == STOP_COMMAND]
-    return [REASON_CLASS.get(data[4], ReasonClass.UNKNOWN) for data in stops if data[2] == 0xF0]
+    """Of the reason of each StopCommand with a consistent stop. A fault can shorten the frame."""
+    stops = [frame.data for frame in answers if frame.id == STOP_COMMAND and len(frame.data) > REASON_BYTE]
+    return [REASON_CLASS.get(data[REASON_BYTE], ReasonClass.UNKNOWN) for data in stops if data[2] == 0xF0]
 
 
-def _is_ordinary_stop(answers: list[Frame]) -> bool:
+def is_ordinary_stop(answers: list[Frame]) -> bool:
     """A reason that is not a fault of the guard."""
     kinds = _classes(answers)
     return bool(kinds) and all(kind not in (ReasonClass.FAULT, ReasonClass.UNKNOWN) for kind in kinds)
 
 
-def _is_fault(answers: list[Frame]) -> bool:
+def is_fault(answers: list[Frame]) -> bool:
     kinds = _classes(answers)
     return bool(kinds) and all(kind is ReasonClass.FAULT for kind in kinds)
 
