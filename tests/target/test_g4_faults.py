@@ -11,13 +11,14 @@ from g4_images import g4_image
 
 sys.path.insert(0, str(ROOT / "tools" / "faults"))
 
-from g4_faults import DETECTED, NONE, PLACES, WRONG, Injector, is_fault, is_ordinary_stop
+import g4_faults
+from g4_faults import DETECTED, NONE, PLACES, WRONG, Flip, Injector, is_fault, is_ordinary_stop
 from g4_time import TIME, disturbance
 from record import record
 
 from tauperp.firmware import reaction_us
 
-from g4.board import Snapshot  # isort: skip
+from g4.board import FLASH, FLASH_BYTES, Snapshot  # isort: skip
 from g4.fdcan import Frame  # isort: skip
 from g4.peer import STOP_COMMAND  # isort: skip
 
@@ -81,6 +82,19 @@ def test_the_faults_of_time_have_the_ranges_of_the_library() -> None:
         assert not fault.stands(45)
         assert fault.late_us(45, 45_000) == 45_000
         assert (fault.timer_us(45, 45_000) == 45_000) == (fault.way in ("missed", "late"))
+
+
+def test_nothing_of_a_fault_remains_in_the_emulator(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`bx r0` instead of `mov r4, r0`: the core ends in a state in which Unicorn forgets no translated code."""
+    ((start, snapshot),) = rig.snapshots.items()
+    code = bytes(rig.injector._board.core.mem_read(FLASH, FLASH_BYTES))
+    moves = [FLASH + at for at in range(0, len(code), 4) if code[at : at + 2] == b"\x04\x46"]
+    monkeypatch.setattr(g4_faults, "PLACES", ("code",))
+    for address in moves:
+        flip = Flip("code", 0x100, address)
+        monkeypatch.setattr(rig.injector, "_choose", lambda *_, flip=flip: flip)
+        outcomes = {rig.inject(number)[1] for number in range(2)}
+        assert rig.injector.is_clean(start, snapshot), (hex(address), outcomes)
 
 
 def test_a_stop_command_that_a_fault_has_shortened_is_no_stop() -> None:

@@ -75,6 +75,8 @@ def kept(path: Path | None, make: Any, *arguments: Any) -> dict[str, Any]:
 def jobs_of(arguments: argparse.Namespace, folder: Path) -> list[Job]:
     jobs: list[Job] = []
     key = hashlib.sha256(PROGRAM.read_bytes())
+    for source in [*sorted((ROOT / "tools" / "faults").glob("*.py")), *sorted((ROOT / "tools" / "g4").glob("*.py"))]:
+        key.update(source.read_bytes())
     for experiment in EXPERIMENTS:
         recording = folder / f"{experiment}.rec"
         recording.write_bytes(as_file(record(experiment, arguments.channels)))

@@ -154,9 +154,15 @@ class Injector:
             if disturbed is None and self._is_over(number, number - start, end, flip):
                 break
         if flip is not None and flip.in_flash:
+            board.restore(snapshot)  # Unicorn forgets translated code only while the core is in order
             self._write(flip)
         board.resets = 0
         return place, worst, after, str(disturbed or flip)
+
+    def is_clean(self, start: int, snapshot: Snapshot) -> bool:
+        """Whether a cycle without a fault still has the answer of the reference: nothing of a fault has remained."""
+        self._board.restore(snapshot)
+        return self._cycle(start) == self.reference.answers[start]
 
     def _outcome(self, at: int, permits: bool, answers: list[Frame]) -> int:
         if permits and not self.reference.permits[at]:

@@ -7,6 +7,7 @@ without a fault comes first, once for all of them.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import subprocess
 import sys
@@ -63,29 +64,32 @@ def chunk(injector: Injector, snapshots: dict[int, Snapshot], starts: list[int],
         row[0], row[1], row[2] = row[0] + 1, row[1] + after, max(row[2], after)
         if outcome == WRONG:
             wrong.append(f"wrong {what} cycle {start} number {number}")
+    if not all(injector.is_clean(start, snapshots[start]) for start in starts):
+        raise SystemExit(f"a fault has changed the emulator: no result for {seed} {numbers.start} to {numbers.stop}")
     return {"rows": [[*key, *row] for key, row in sorted(rows.items())], "wrong": wrong}
 
 
 def main() -> int:
     experiment, channels, seed, count = sys.argv[1], *map(int, sys.argv[2:5])
+    run = record(experiment, channels)
+    image = image_of(experiment, run.blocks)
+    folder = Path(sys.argv[5]) / hashlib.sha256(image.read_bytes()).hexdigest()[:16]
     files = {
-        range(first, min(first + CHUNK, count)): Path(sys.argv[5])
-        / f"g4-{experiment}-{first}-{min(CHUNK, count - first)}.json"
+        range(first, min(first + CHUNK, count)): folder / f"g4-{experiment}-{first}-{min(CHUNK, count - first)}.json"
         for first in range(0, count, CHUNK)
     }
     missing = {numbers: file for numbers, file in files.items() if not file.is_file()}
     if missing:
-        run_missing(missing, experiment, channels, f"{seed} {experiment}")
+        run_missing(missing, run, image, channels, f"{seed} {experiment}")
     print("\n".join(str(file) for file in files.values()))
     return 0
 
 
-def run_missing(missing: dict[range, Path], experiment: str, channels: int, seed: str) -> None:
-    run = record(experiment, channels)
+def run_missing(missing: dict[range, Path], run: Recording, image: Path, channels: int, seed: str) -> None:
     period_us = run.cycles[1][0] - run.cycles[0][0]
     reaction = -(-reaction_us(run.blocks[0]) // period_us)
     starts = {numbers: starts_of(Random(f"{seed} {numbers.start}"), run, len(numbers)) for numbers in missing}
-    injector = Injector(image_of(experiment, run.blocks), channels, reaction, run.cycles)
+    injector = Injector(image, channels, reaction, run.cycles)
     snapshots = dict(injector.run_reference({start for some in starts.values() for start in some}))
     for numbers, file in missing.items():
         result = chunk(injector, snapshots, starts[numbers], seed, numbers)

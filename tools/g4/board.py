@@ -36,6 +36,7 @@ class Snapshot:
     devices: tuple[Any, ...]
     fdcan: Any
     halted: bool
+    handling: bool
     now_us: int
 
 
@@ -148,6 +149,7 @@ class Board:
             tuple(copy.deepcopy(vars(device)) for device in self._devices),
             self.fdcan.state(),
             self._halted,
+            self._handling,
             self.now_us,
         )
 
@@ -158,7 +160,7 @@ class Board:
         for device, state in zip(self._devices, snapshot.devices, strict=True):
             vars(device).update(copy.deepcopy(state))
         self.fdcan.restore(snapshot.fdcan)
-        self._halted = snapshot.halted
+        self._halted, self._handling = snapshot.halted, snapshot.handling
 
     def _map(self, page: int, device: Any, base: int = 0) -> None:
         def read(_: Any, offset: int, size: int, __: Any) -> int:
