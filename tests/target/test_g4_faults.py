@@ -8,6 +8,7 @@ from random import Random
 import pytest
 from checkout import ROOT
 from g4_images import g4_image
+from unicorn import arm_const as arm
 
 sys.path.insert(0, str(ROOT / "tools" / "faults"))
 
@@ -95,6 +96,17 @@ def test_nothing_of_a_fault_remains_in_the_emulator(rig: Rig, monkeypatch: pytes
         monkeypatch.setattr(rig.injector, "_choose", lambda *_, flip=flip: flip)
         outcomes = {rig.inject(number)[1] for number in range(2)}
         assert rig.injector.is_clean(start, snapshot), (hex(address), outcomes)
+
+
+def test_an_exception_with_the_stack_in_flash_is_a_lockup_and_writes_nothing(rig: Rig) -> None:
+    board = rig.injector._board
+    board.restore(*rig.snapshots.values())
+    flash = board.core.mem_read(FLASH, FLASH_BYTES)
+    board.core.reg_write(arm.UC_ARM_REG_SP, FLASH + 0x1000)
+    board.core.reg_write(arm.UC_ARM_REG_PC, 0xF0000001)
+    board.run()
+    assert board.halted
+    assert board.core.mem_read(FLASH, FLASH_BYTES) == flash
 
 
 def test_a_stop_command_that_a_fault_has_shortened_is_no_stop() -> None:
