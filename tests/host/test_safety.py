@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import subprocess
 import sys
 from pathlib import Path
 
@@ -73,11 +74,25 @@ def test_a_result_is_the_worst_of_a_tests_parameters(tmp_path: Path) -> None:
     file.write_text(
         '<testsuites><testsuite><testcase classname="tests.host.test_x" name="test_a[1]"/>'
         '<testcase classname="tests.host.test_x" name="test_a[2]"><failure/></testcase>'
-        '<testcase classname="tests.host.test_x" name="test_b"><skipped/></testcase></testsuite></testsuites>'
+        '<testcase classname="tests.host.test_x" name="test_b"><skipped/></testcase>'
+        '<testcase classname="tests.unit.test_y.c" name="test_c[float]"/></testsuite></testsuites>'
     )
     found = tracing.results(file)
     assert found["tests/host/test_x.py:test_a"] == "failed"
     assert found["tests/host/test_x.py:test_b"] == "skipped"
+    assert found["tests/unit/test_y.c:test_c"] == "passed"
+
+
+@pytest.mark.needs("unity")
+def test_the_results_of_a_unity_program_are_found(tmp_path: Path) -> None:
+    """As pytest itself writes them."""
+    file = tmp_path / "results.xml"
+    program = "tests/unit/test_schedule.c"
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--junitxml={file}", program]
+    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    traced = {name for one in tracing.read() for name in one.tests if name.startswith(program)}
+    assert traced
+    assert {tracing.results(file)[name] for name in traced} == {"passed"}
 
 
 def test_the_weights_of_the_crc_agree_with_enumeration() -> None:

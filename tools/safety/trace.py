@@ -111,16 +111,17 @@ def gaps(requirements: list[Requirement], known_hazards: list[str], root: Path =
 
 
 def results(path: Path) -> dict[str, str]:
-    """passed, failed or skipped by `file:test`, of a JUnit file; the worst of a test's parameters."""
+    """passed, failed or skipped by `file:test`, of a JUnit file; the worst of a test's parameters. pytest drops `.py` from
+    the name of a file, and keeps `.c`."""
     found: dict[str, str] = {}
     order = ["passed", "skipped", "failed"]
     for case in ElementTree.parse(path).getroot().iter("testcase"):
         module, name = case.get("classname", ""), case.get("name", "").partition("[")[0]
         kinds = {child.tag for child in case}
         result = "failed" if kinds & {"failure", "error"} else "skipped" if "skipped" in kinds else "passed"
-        for suffix in (".py", ".c"):
-            key = f"{module.replace('.', '/')}{suffix}:{name}"
-            found[key] = max(found.get(key, "passed"), result, key=order.index)
+        path = module.removesuffix(".c").replace(".", "/") + (".c" if module.endswith(".c") else ".py")
+        key = f"{path}:{name}"
+        found[key] = max(found.get(key, "passed"), result, key=order.index)
     return found
 
 
