@@ -111,8 +111,8 @@ def gaps(requirements: list[Requirement], known_hazards: list[str], root: Path =
 
 
 def results(path: Path) -> dict[str, str]:
-    """passed, failed or skipped by `file:test`, of a JUnit file; the worst of a test's parameters. pytest drops `.py` from
-    the name of a file, and keeps `.c`."""
+    """passed, failed or skipped by `file:test`, of a JUnit file; the worst of a test's parameters. pytest drops .py
+    from the name of a file, and keeps .c."""
     found: dict[str, str] = {}
     order = ["passed", "skipped", "failed"]
     for case in ElementTree.parse(path).getroot().iter("testcase"):
