@@ -90,6 +90,7 @@ def test_nothing_of_a_fault_remains_in_the_emulator(rig: Rig, monkeypatch: pytes
     ((start, snapshot),) = rig.snapshots.items()
     code = bytes(rig.injector._board.core.mem_read(FLASH, FLASH_BYTES))
     moves = [FLASH + at for at in range(0, len(code), 4) if code[at : at + 2] == b"\x04\x46"]
+    assert moves
     monkeypatch.setattr(g4_faults, "PLACES", ("code",))
     for address in moves:
         flip = Flip("code", 0x100, address)

@@ -184,7 +184,7 @@ static void test_the_rest_of_two_equal_squares_is_at_most_one_bit(void) {
     TEST_ASSERT_EQUAL(0, shorter.mantissa);
     TEST_ASSERT_EQUAL(0, shorter.bits);
 #else
-    TEST_PASS_MESSAGE("a float square has no mantissa of its own");
+    TEST_PASS_MESSAGE("a square of float32 is one number, without a rest to round");
 #endif
 }
 

@@ -33,7 +33,7 @@ from tauperp.wire_values import REASON_CLASS, ReasonClass
 PLACES = ("register", "float register", "stack", "data", "code", "block", TIME)
 HORIZON, DORMANT, FINAL = 60, 10, 10
 BEFORE, AFTER = 40, 60  # cycles around a stop
-CYCLE_INSTRUCTIONS = {1: 18_000, 2: 84_000}  # of a cycle at worst, by channels (tools/bench/baseline.json)
+CYCLE_INSTRUCTIONS = {1: 18_000, 2: 84_000}  # of a cycle at worst, by channels, about (tools/bench/baseline.json)
 REASON_BYTE = 4  # of a StopCommand
 IDLE_LIMIT = 1_000_000  # instructions after which a core that is not idle counts as hung
 KEPT = REGISTERS[4:12]  # registers that an idle loop preserves

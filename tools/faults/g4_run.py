@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Faults in the stm32g4 image: g4_run.py EXPERIMENT CHANNELS SEED COUNT FOLDER.
 
-Writes a JSON file into FOLDER for each CHUNK faults that have none yet, and prints the names of all files. The run
-without a fault comes first, once for all of them.
+Writes a JSON file for each CHUNK faults that have none yet, into a folder of FOLDER for this image, and prints the
+names of all files. The run without a fault comes first, once for all of them.
 """
 
 from __future__ import annotations

@@ -193,15 +193,11 @@ class Board:
         self.faults += 1
         core, read = self.core, self.core.reg_read
         stack = read(arm.UC_ARM_REG_SP) - 32 & ~7
-        if self._handling or not RAM <= stack < RAM + RAM_BYTES:
+        if self._handling or not RAM <= stack <= RAM + RAM_BYTES - 32:
             self._halted = True
             return
         frame = [read(register) for register in (*REGISTERS[:4], REGISTERS[12], arm.UC_ARM_REG_LR, arm.UC_ARM_REG_PC)]
-        try:
-            core.mem_write(stack, struct.pack("<8I", *frame, read(arm.UC_ARM_REG_XPSR)))
-        except unicorn.UcError:  # the end of the memory
-            self._halted = True
-            return
+        core.mem_write(stack, struct.pack("<8I", *frame, read(arm.UC_ARM_REG_XPSR)))
         (handler,) = struct.unpack("<I", core.mem_read(FLASH + 4 * HARD_FAULT, 4))
         self._handling = True
         core.reg_write(arm.UC_ARM_REG_SP, stack)

@@ -119,8 +119,8 @@ def results(path: Path) -> dict[str, str]:
         module, name = case.get("classname", ""), case.get("name", "").partition("[")[0]
         kinds = {child.tag for child in case}
         result = "failed" if kinds & {"failure", "error"} else "skipped" if "skipped" in kinds else "passed"
-        path = module.removesuffix(".c").replace(".", "/") + (".c" if module.endswith(".c") else ".py")
-        key = f"{path}:{name}"
+        file = module.removesuffix(".c").replace(".", "/") + (".c" if module.endswith(".c") else ".py")
+        key = f"{file}:{name}"
         found[key] = max(found.get(key, "passed"), result, key=order.index)
     return found
 
